@@ -7,6 +7,7 @@
 //! - [`boundary`]: files of students, other files, text of students.
 //! - [`suite`]: the scenes that are graded, their features, and the part that an assignment grades.
 //! - [`submission`]: submissions; a simulator, built-in or foreign, is seen only through its states.
+//! - [`pack`]: what a teacher gives, so that students hand in sources only.
 //! - [`verdict`]: a pass, or a named failure.
 //! - [`compare`]: comparison of a trace with the oracle's, and envelopes of the differences between correct programs.
 //! - [`rubric`]: tolerances, points, lateness.
@@ -24,6 +25,7 @@ pub mod time;
 
 pub mod suite;
 
+pub mod pack;
 pub mod submission;
 pub mod verdict;
 

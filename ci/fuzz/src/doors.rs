@@ -17,6 +17,7 @@ use grader::class::similar::Sources;
 use grader::creative::{Examined, starts_as_film};
 use grader::rubric::creative::CreativeRule;
 use grader::submission::folder::SubmissionManifest;
+use grader::submission::received::unpack_bytes;
 use platforms::gradescope::metadata::Metadata;
 use report::creative::is_contact_sheet;
 use report::html::gallery::MotionData;
@@ -26,7 +27,8 @@ use report::provenance::StoredReport;
 type Check = (&'static str, fn(&[u8]));
 
 /// All targets of this file.
-pub(crate) const ALL: [Check; 9] = [
+pub(crate) const ALL: [Check; 10] = [
+    ("archive", archive),
     ("examined", examined),
     ("film", film),
     ("manifest", manifest),
@@ -57,6 +59,15 @@ fn parts(bytes: &[u8], separator: u8) -> (&[u8], &[u8]) {
 
 fn is_inert(shown: &str) -> bool {
     !shown.contains(|character| steers(character) && character != '\n')
+}
+
+fn archive(bytes: &[u8]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    if let Err(error) = unpack_bytes(bytes, &folder.path().join("into")) {
+        assert!(is_inert(&error.to_string()), "{error:?}");
+    }
+    let beside = std::fs::read_dir(folder.path()).expect("a folder");
+    assert!(beside.flatten().all(|entry| entry.file_name() == "into"));
 }
 
 /// The result of an examination: its line, and the picture after it.

@@ -17,11 +17,27 @@ pub(super) struct RootArgs {
     pub(super) root: Option<PathBuf>,
 }
 
+/// A course pack.
+#[derive(Args)]
+pub(super) struct PackArgs {
+    /// Course pack: a folder or zip with pack.toml, or the name of a pack in assets/packs/. It says what is taken from a
+    /// hand-in, how it is built and called, and what is graded
+    #[arg(long, value_name = "DIR")]
+    pub(super) pack: Option<PathBuf>,
+
+    /// Folder of the starter code, in the place of the one that the pack names
+    #[arg(long, value_name = "DIR")]
+    pub(super) starter: Option<PathBuf>,
+}
+
 /// The suite: scenes, oracle, rubric.
 #[derive(Args)]
 pub(super) struct SuiteArgs {
     #[command(flatten)]
     pub(super) root: RootArgs,
+
+    #[command(flatten)]
+    pub(super) pack: PackArgs,
 
     /// Folder of the required scenes; extra-credit scenes then need --extra-credit
     #[arg(long, value_name = "DIR")]

@@ -17,6 +17,7 @@ use crate::commands::init::InitArgs;
 use crate::commands::jacobians::JacobianArgs;
 use crate::commands::needs::NeedsArgs;
 use crate::commands::oracle::OracleCommand;
+use crate::commands::pack::PackCommand;
 use crate::commands::protection::ProtectionArgs;
 use crate::commands::selftest::SelfTestArgs;
 use crate::commands::stability::StabilityArgs;
@@ -66,6 +67,9 @@ enum Command {
     /// Write what a course uploads to a platform, so that the platform grades with grade
     #[command(subcommand)]
     Export(ExportCommand),
+    /// Check a course pack
+    #[command(subcommand)]
+    Pack(PackCommand),
     /// Regenerate or verify the oracle traces; draw hidden scenes
     #[command(subcommand)]
     Oracle(OracleCommand),
@@ -90,6 +94,7 @@ impl Cli {
             Command::Completions(args) => args.run(Cli::command()),
             Command::Selftest(args) => args.run(),
             Command::Export(command) => command.run(),
+            Command::Pack(command) => command.run(),
             Command::Oracle(command) => command.run(),
         }
     }

@@ -6,6 +6,7 @@ use grader::grading::events::Observer;
 use grader::grading::hidden::HiddenSuite;
 use grader::grading::{AssignmentName, Checks, Grader, Grading};
 use grader::oracle::Oracle;
+use grader::pack::{self, Pack};
 use grader::rubric::Rubric;
 use grader::suite::assignment::{self, ALL, Assignment, AssignmentError};
 use grader::suite::{Case, Section, Suite};
@@ -28,6 +29,8 @@ pub(super) struct Inputs {
     pub(super) assignments: PathBuf,
     /// The assignment that the scenes were narrowed to; `None` if every scene is graded.
     pub(super) assignment: Option<Assignment>,
+    /// The pack that hand-ins are built by.
+    pub(super) pack: Option<Pack>,
     /// Runs of programs at a time, if not as many as threads.
     runs_at_once: Option<usize>,
 }
@@ -83,12 +86,17 @@ impl Inputs {
     /// The folders that submissions must not read.
     pub(super) fn secrets(&self) -> Vec<PathBuf> {
         let hidden = self.hidden.iter().map(|(_, folder)| folder);
-        [&self.expected].into_iter().chain(hidden).cloned().collect()
+        let mut secrets: Vec<PathBuf> =
+            [&self.expected].into_iter().chain(hidden).cloned().collect();
+        secrets.extend(
+            self.pack.iter().flat_map(Pack::examples).map(|example| example.folder.clone()),
+        );
+        secrets
     }
 }
 
 /// The choices of a command line about what is graded, and how.
-#[derive(Default)]
+#[derive(Default, Clone, Copy)]
 pub(super) struct Judging<'a> {
     /// The folder of the hidden scenes.
     pub(super) hidden: Option<&'a Path>,
@@ -112,7 +120,9 @@ impl JudgeArgs {
 }
 
 /// How the scenes are read.
-struct Reading {
+struct Reading<'a> {
+    /// The path or name of the pack.
+    pack: Option<&'a Path>,
     /// Whether to keep only those of an assignment.
     narrows: bool,
     /// Whether unknown elements and attributes are errors.
@@ -122,20 +132,30 @@ struct Reading {
 impl SuiteArgs {
     /// Reads all inputs for every scene; hidden scenes only if the rubric names their folder.
     pub(super) fn read(&self) -> Result<Inputs, Stop> {
-        self.load(&Judging::default(), Reading { narrows: false, strict: self.strict })
+        self.load(&Judging::default(), Reading { narrows: false, strict: self.strict, pack: None })
     }
 
     /// The same; unknown elements and attributes of scenes are errors.
     pub(super) fn read_strictly(&self) -> Result<Inputs, Stop> {
-        self.load(&Judging::default(), Reading { narrows: false, strict: true })
+        self.load(&Judging::default(), Reading { narrows: false, strict: true, pack: None })
     }
 
     /// Reads the inputs of a grading, narrowed to its assignment.
     pub(super) fn read_for(&self, judging: &Judging<'_>) -> Result<Inputs, Stop> {
-        self.load(judging, Reading { narrows: true, strict: self.strict })
+        self.read_with(judging, None)
     }
 
-    fn load(&self, judging: &Judging<'_>, reading: Reading) -> Result<Inputs, Stop> {
+    /// The same, with this pack if none is named by an option.
+    pub(super) fn read_with(
+        &self,
+        judging: &Judging<'_>,
+        pack: Option<&Path>,
+    ) -> Result<Inputs, Stop> {
+        let pack = pack.or(self.pack.pack.as_deref());
+        self.load(judging, Reading { narrows: true, strict: self.strict, pack })
+    }
+
+    fn load(&self, judging: &Judging<'_>, reading: Reading<'_>) -> Result<Inputs, Stop> {
         let runs_at_once = match self.threads {
             Some(threads) => {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
@@ -146,7 +166,11 @@ impl SuiteArgs {
             // core.
             None => Some((rayon::current_num_threads() * 3).div_ceil(2)),
         };
-        let Folders { assets, extra_credit, expected } = self.folders()?;
+        let pack = reading
+            .pack
+            .map(|named| self.root.pack(named, self.pack.starter.as_deref()))
+            .transpose()?;
+        let Folders { assets, extra_credit, expected } = self.folders_of(pack.as_ref())?;
         let mut sections = vec![(Section::Required, assets.clone())];
         sections.extend(extra_credit.map(|folder| (Section::ExtraCredit, folder)));
         let options = ParseOptions { strict: reading.strict, ..ParseOptions::default() };
@@ -154,8 +178,9 @@ impl SuiteArgs {
         for warning in &suite.warnings {
             complain("warning", warning);
         }
-        let beside = assets.join("rubric.toml");
-        let rubric_path = self.rubric.clone().or_else(|| beside.is_file().then_some(beside));
+        let of_pack = pack.as_ref().map(|pack| pack.folder().join("rubric.toml"));
+        let mut beside = of_pack.into_iter().chain([assets.join("rubric.toml")]);
+        let rubric_path = self.rubric.clone().or_else(|| beside.find(|path| path.is_file()));
         let mut rubric = match &rubric_path {
             Some(path) => Rubric::load(path).map_err(Stop::bad_input)?,
             None => Rubric::default(),
@@ -163,7 +188,9 @@ impl SuiteArgs {
         let assignments = assets.join(assignment::FOLDER);
         let mut assignment = None;
         if reading.narrows {
-            assignment = choose_assignment(&assignments, judging, &rubric)?;
+            let of_pack = pack.as_ref().and_then(|pack| pack.assignment.as_deref());
+            let judging = Judging { assignment: judging.assignment.or(of_pack), ..*judging };
+            assignment = choose_assignment(&assignments, &judging, &rubric)?;
         }
         let is_part = assignment.as_ref().is_some_and(|assignment| !assignment.is_all());
         // Entries of the rubric may be about scenes of other assignments.
@@ -174,7 +201,10 @@ impl SuiteArgs {
             assignment.narrow(&mut suite).map_err(Stop::bad_input)?;
             rubric.assign(assignment.clone());
         }
-        let hidden = read_hidden(judging.hidden, &suite, &rubric, (assignment.as_ref(), &options))?;
+        let of_pack = pack.as_ref().map(|pack| pack.folder().join("hidden"));
+        let of_pack = of_pack.filter(|folder| folder.is_dir());
+        let named = judging.hidden.or(of_pack.as_deref());
+        let hidden = read_hidden(named, &suite, &rubric, (assignment.as_ref(), &options))?;
         if let (Some(path), false) = (&rubric_path, is_part) {
             let hidden = hidden.as_ref().map(|(hidden, _)| hidden.cases());
             rubric.check(&suite, hidden, path).map_err(Stop::bad_input)?;
@@ -191,8 +221,22 @@ impl SuiteArgs {
             hidden,
             assignments,
             assignment,
+            pack,
             runs_at_once,
         })
+    }
+
+    /// The folders of the scenes and the oracle: those of the pack, if it has scenes.
+    fn folders_of(&self, pack: Option<&Pack>) -> Result<Folders, Stop> {
+        let own = pack.map(Pack::folder).filter(|folder| folder.join("assets").is_dir());
+        match own {
+            Some(folder) if self.assets.is_none() && self.root.root.is_none() => Ok(Folders {
+                assets: folder.join("assets"),
+                extra_credit: Some(folder.join("extracreditassets")),
+                expected: self.expected.clone().unwrap_or(folder.join("expected")),
+            }),
+            _ => self.folders(),
+        }
     }
 
     pub(super) fn folders(&self) -> Result<Folders, Stop> {
@@ -273,6 +317,27 @@ impl RootArgs {
     /// The folder with assets/, searched for if it is not given.
     pub(super) fn find(&self) -> Result<PathBuf, Stop> {
         self.root.clone().map_or_else(find_root, Ok)
+    }
+
+    /// The pack at a path, or of this name among those that come with the scenes.
+    pub(super) fn pack(&self, named: &Path, starter: Option<&Path>) -> Result<Pack, Stop> {
+        let mut path = named.to_path_buf();
+        if !path.exists() && named.components().count() == 1 {
+            let packs = self.find()?.join("assets").join(pack::FOLDER);
+            path = packs.join(named);
+            if !path.is_dir() {
+                let entries = std::fs::read_dir(&packs).into_iter().flatten().flatten();
+                let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+                let mut names: Vec<String> = names.collect();
+                names.sort();
+                return Err(Stop::bad_input(format!(
+                    "{}: no such folder, and no pack of this name\n  help: the packs are {}",
+                    named.display(),
+                    names.join(", ")
+                )));
+            }
+        }
+        Pack::open(&path, starter).map_err(Stop::bad_input)
     }
 
     /// The assignment of this name.

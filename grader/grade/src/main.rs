@@ -33,6 +33,9 @@ fn main() -> ExitCode {
     if let Some(code) = sandbox::serve() {
         return code;
     }
+    if let Some(code) = grader::submission::received::serve() {
+        return code;
+    }
     if let Some(code) = grader::creative::serve(report::creative::draw) {
         return code;
     }

@@ -3,11 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use grader::boundary::printed::{RawUse, Untrusted};
+use grader::pack::Pack;
 use grader::rubric::Rubric;
 use grader::submission::Submission;
 use grader::submission::folder::{self, Built, FolderError};
 use grader::submission::hand_in::HandInError;
 use grader::submission::program::{Identified, Program, Runner};
+use grader::submission::received::{Form, Located, ReceiveError};
+use grader::suite::Suite;
 use grader::verdict::Failure;
 use sandbox::{self, Protection, Sandbox};
 use scene::trace::TraceFormat;
@@ -111,6 +114,52 @@ pub(super) fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), St
 /// A submission, and, if it runs programs, the protections in force.
 type Opened = (Submission, Option<Vec<Protection>>);
 
+/// What a submission is opened with.
+#[derive(Clone, Copy)]
+pub(super) struct Opening<'a> {
+    pub(super) run: &'a RunArgs,
+    pub(super) rubric: &'a Rubric,
+    pub(super) pack: Option<&'a Pack>,
+    /// The scenes, whose names tell a folder of traces; `None` where only programs are opened.
+    pub(super) suite: Option<&'a Suite>,
+    /// The assignment of a class, which refuses a submission that names another one; elsewhere the command line decides.
+    pub(super) assignment: Option<&'a str>,
+}
+
+/// Why a submission is not opened, beside its own defects that are its verdict.
+pub(super) enum NotOpened {
+    /// Its folder says something invalid: wrong usage of those who wrote it, else a verdict.
+    Invalid(String),
+    /// There is nothing in it that is graded.
+    Nothing,
+    /// The grader or its machine is at fault.
+    Fault(String),
+}
+
+impl From<FolderError> for NotOpened {
+    fn from(error: FolderError) -> Self {
+        match error {
+            FolderError::HandIn { .. } | FolderError::Invalid { .. } => {
+                Self::Invalid(error.to_string())
+            }
+            FolderError::NotCopied(_) | FolderError::NotRun(_) => Self::Fault(error.to_string()),
+        }
+    }
+}
+
+impl Inputs {
+    /// What submissions of this run are opened with.
+    pub(super) fn opening<'a>(&'a self, run: &'a RunArgs) -> Opening<'a> {
+        Opening {
+            run,
+            rubric: &self.rubric,
+            pack: self.pack.as_ref(),
+            suite: Some(&self.suite),
+            assignment: None,
+        }
+    }
+}
+
 /// The submission at `path`, which must be able to read neither the oracle and hidden scenes nor the `further` paths.
 pub(super) fn open_path(
     path: &Path,
@@ -118,48 +167,41 @@ pub(super) fn open_path(
     inputs: &Inputs,
     further: &[PathBuf],
 ) -> Result<Opened, Stop> {
-    if path.is_dir() && !folder::is_submission(path) {
-        return open_traces(path, inputs);
-    }
     let mut secrets = inputs.secrets();
     secrets.extend_from_slice(further);
-    let (submission, protections) = open_program(path, run, &inputs.rubric, &secrets)?;
-    // A hand-in that cannot be graded does not run.
-    let is_run =
-        !matches!(submission, Submission::Unusable { failure: Failure::BadHandIn { .. }, .. });
+    let (submission, protections) = open_program(path, inputs.opening(run), &secrets)?;
+    // What is not run needs no protection.
+    let is_run = match &submission {
+        Submission::Unusable { failure, .. } => !matches!(failure, Failure::BadHandIn { .. }),
+        Submission::Traces { .. } => false,
+        _ => true,
+    };
     Ok((submission, is_run.then_some(protections)))
 }
 
-/// A folder that a platform received from a student: its defects become its verdict. Traces alone are not accepted,
+/// A hand-in that a platform received from a student: its defects become its verdict. Traces alone are not accepted,
 /// because nothing shows that a program made them.
 pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Result<Opened, Stop> {
-    if path.is_file() {
+    if !path.exists() {
+        return Err(Stop::bad_input(format!("{}: folder not found", path.display())));
+    }
+    if path.is_file() && inputs.pack.is_none() && Form::of(path).ok() != Some(Form::Archive) {
         return Err(Stop::bad_input(format!(
             "{}: is a file, and the reports of platforms are of folders that were handed in\n  help: name the folder \
              with submission.toml, or use other reports",
             path.display()
         )));
     }
-    if !path.is_dir() {
-        return Err(Stop::bad_input(format!("{}: folder not found", path.display())));
-    }
     // The folder may be given as a dot.
     let absolute = std::fs::canonicalize(path).map_err(Stop::bad_input)?;
     let name = absolute.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    if !folder::is_submission(path) {
-        let detail = "there is no submission.toml in the files that were handed in, outside of any folder\n  help: hand \
-                      in the content of the folder that `grade init` writes, not the folder itself";
-        let failure = Failure::BadHandIn { detail: detail.into() };
-        return Ok((Submission::Unusable { name: name.into(), failure }, None));
-    }
     let (runner, protections) = run.runner(&inputs.rubric)?;
-    let mut readable = runner.readable.clone();
-    readable.push(absolute);
-    if !run.unprotected {
-        check_secrets(&inputs.secrets(), &readable, &protections)?;
-    }
-    match open_entry(path, &name, runner, &inputs.rubric) {
+    check_readable(&runner, &absolute, inputs.opening(run), (&inputs.secrets(), &protections))?;
+    match open_entry(path, &name, runner, inputs.opening(run)) {
         Submission::NotGraded { detail, .. } => Err(Stop::fault(detail)),
+        Submission::Unusable { name, failure: Failure::BadHandIn { detail } } => {
+            Ok((Submission::Unusable { name, failure: Failure::BadHandIn { detail } }, None))
+        }
         submission => Ok((submission, Some(protections))),
     }
 }
@@ -167,78 +209,124 @@ pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Res
 /// A folder with at least one trace, of whatever scene.
 pub(super) fn open_traces(folder: &Path, inputs: &Inputs) -> Result<Opened, Stop> {
     if watch::files(folder).iter().any(|(path, ..)| TraceFormat::of_path(path).is_some()) {
-        return Ok((Submission::Traces(folder.to_path_buf()), None));
+        return Ok((Submission::traces(folder), None));
     }
-    let example = inputs.suite.cases.first().map_or("GROUP/SCENE", |case| &case.id);
-    Err(Stop::bad_input(format!(
-        "{0}: no submission: there is no submission.toml in this folder, and no trace\n  help: name a \
+    Err(Stop::bad_input(no_submission(&folder.display().to_string(), Some(&inputs.suite))))
+}
+
+/// A message about a folder or an archive without anything that is graded.
+fn no_submission(name: &str, suite: Option<&Suite>) -> String {
+    let example = suite.and_then(|suite| suite.cases.first());
+    let example = example.map_or("GROUP/SCENE", |case| &case.id);
+    format!(
+        "{name}: no submission: there is no submission.toml in this folder, and no trace\n  help: name a \
          program, a folder with submission.toml, or a folder of traces such as {example}.csv; `grade init` writes a \
-         skeleton",
-        folder.display()
-    )))
+         skeleton, and --pack grades sources"
+    )
 }
 
-/// Checks that a file can be a program.
-fn check_executable(path: &Path) -> Result<(), Stop> {
-    #[cfg(unix)]
-    if let Ok(metadata) = path.metadata() {
-        use std::os::unix::fs::PermissionsExt;
-        if metadata.is_file() && metadata.permissions().mode() & 0o111 == 0 {
-            return Err(Stop::bad_input(format!(
-                "{0}: no submission: the file is not executable\n  help: name a program, a folder with \
-                 submission.toml, or a folder of traces; `chmod +x {0}` makes a script executable",
-                path.display()
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// The program of a file or of a folder with a manifest, and the protections in force.
+/// The program of a file, of a folder with a manifest or of a pack, and the protections in force.
 ///
 /// # Errors
 /// If the program cannot be opened, or could read one of the secrets.
 pub(super) fn open_program(
     path: &Path,
-    run: &RunArgs,
-    rubric: &Rubric,
+    opening: Opening<'_>,
     secrets: &[PathBuf],
 ) -> Result<(Submission, Vec<Protection>), Stop> {
     if !path.exists() {
         let path = path.display();
         return Err(Stop::bad_input(format!("{path}: file or folder not found")));
     }
-    if path.is_dir() && !folder::is_submission(path) {
-        let path = path.display();
-        return Err(Stop::bad_input(format!("{path}: no submission.toml in this folder")));
+    let (runner, protections) = opening.run.runner(opening.rubric)?;
+    let absolute = std::fs::canonicalize(path).map_err(Stop::about(path))?;
+    check_readable(&runner, &absolute, opening, (secrets, &protections))?;
+    match open(path, &path.into(), runner, opening) {
+        Ok(submission) => Ok((submission, protections)),
+        Err(NotOpened::Invalid(message)) => Err(Stop::bad_input(message)),
+        Err(NotOpened::Nothing) => {
+            Err(Stop::bad_input(no_submission(&path.display().to_string(), opening.suite)))
+        }
+        Err(NotOpened::Fault(message)) => Err(Stop::fault(message)),
     }
-    check_executable(path)?;
-    let (runner, protections) = run.runner(rubric)?;
+}
+
+/// Checks that a submission at `path` can read no secret.
+fn check_readable(
+    runner: &Runner,
+    path: &Path,
+    opening: Opening<'_>,
+    (secrets, protections): (&[PathBuf], &[Protection]),
+) -> Result<(), Stop> {
+    if opening.run.unprotected {
+        return Ok(());
+    }
     let mut readable = runner.readable.clone();
-    readable.extend(std::fs::canonicalize(path));
-    if !run.unprotected {
-        check_secrets(secrets, &readable, &protections)?;
+    readable.extend(opening.pack.into_iter().flat_map(Pack::readable).cloned());
+    // A pack takes copies of its files.
+    if opening.pack.is_none() {
+        readable.push(path.to_path_buf());
     }
-    let submission = if path.is_dir() {
-        match folder::open(path, runner, rubric.build_limits()) {
-            Ok(Built::Program(program)) => Submission::Program(program),
-            Ok(Built::Failed { name, failure }) => Submission::Unusable { name, failure },
-            Err(FolderError::HandIn { error, .. }) => {
-                refused(path.display().to_string().into(), &error)
-            }
-            Err(error @ FolderError::Invalid { .. }) => return Err(Stop::bad_input(error)),
-            Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
-                return Err(Stop::fault(error));
-            }
-        }
-    } else {
-        match Program::identify(path, runner) {
-            Ok(Identified::Program(program)) => Submission::Program(program),
-            Ok(Identified::Unusable { name, failure }) => Submission::Unusable { name, failure },
-            Err(error) => return Err(Stop::fault(error)),
-        }
+    check_secrets(secrets, &readable, protections)
+}
+
+/// Opens the submission at `path`, whatever it is. A defect of its files is its verdict.
+fn open(
+    path: &Path,
+    name: &Untrusted,
+    runner: Runner,
+    opening: Opening<'_>,
+) -> Result<Submission, NotOpened> {
+    let unusable = |detail: String| {
+        let failure = Failure::BadHandIn { detail: detail.into() };
+        Ok(Submission::Unusable { name: name.clone(), failure })
     };
-    Ok((submission, protections))
+    let limits = opening.rubric.build_limits();
+    if let Some(pack) = opening.pack {
+        return pack
+            .submission(path, name.clone(), runner, limits)
+            .map_err(|error| NotOpened::Fault(error.to_string()));
+    }
+    let located = match Located::of(path, opening.suite, &runner.sandbox) {
+        Ok(located) => located,
+        Err(ReceiveError::NotRun(error)) => return Err(NotOpened::Fault(error.to_string())),
+        Err(ReceiveError::HandIn(error)) => return Ok(refused(name.clone(), &error)),
+        Err(error @ ReceiveError::NotUnpacked(_)) => return unusable(error.to_string()),
+    };
+    match located {
+        Located::Manifest { folder, received: _received } => {
+            if let Some(detail) = other_assignment(&folder, opening.assignment) {
+                return unusable(detail);
+            }
+            match folder::open(&folder, name, runner, limits) {
+                Ok(Built::Program(program)) => Ok(Submission::Program(program)),
+                Ok(Built::Failed { name, failure }) => Ok(Submission::Unusable { name, failure }),
+                Err(FolderError::HandIn { error, .. }) => Ok(refused(name.clone(), &error)),
+                Err(error) => Err(error.into()),
+            }
+        }
+        Located::Traces { folder, received } => {
+            Ok(Submission::Traces { name: name.clone(), folder, received })
+        }
+        Located::Program => match Program::identify(path, runner) {
+            Ok(Identified::Program(program)) => Ok(Submission::Program(program)),
+            Ok(Identified::Unusable { name, failure }) => {
+                Ok(Submission::Unusable { name, failure })
+            }
+            Err(error) => Err(NotOpened::Fault(error.to_string())),
+        },
+        Located::Foreign(system) => unusable(format!(
+            "it is a program for {system}, and runs there only\n  help: hand in its sources, with how they are built in \
+             submission.toml"
+        )),
+        Located::Ambiguous(message) => unusable(message),
+        Located::NotExecutable => Err(NotOpened::Invalid(format!(
+            "{0}: no submission: the file is not executable\n  help: name a program, a folder with submission.toml, or a \
+             folder of traces; `chmod +x {0}` makes a script executable, and --pack grades sources",
+            name.line()
+        ))),
+        Located::Nothing => Err(NotOpened::Nothing),
+    }
 }
 
 /// The program at `path`, for a command that needs no suite and no rubric.
@@ -246,7 +334,9 @@ pub(super) fn open_program(
 /// # Errors
 /// If it is no program, or cannot be built or run.
 pub(super) fn open_measured(path: &Path, run: &RunArgs) -> Result<Program, Stop> {
-    match open_program(path, run, &Rubric::default(), &[])? {
+    let rubric = Rubric::default();
+    let opening = Opening { run, rubric: &rubric, pack: None, suite: None, assignment: None };
+    match open_program(path, opening, &[])? {
         (Submission::Program(program), _) => Ok(program),
         (Submission::Unusable { name, failure }, _) => {
             Err(Stop::bad_input(format!("{}: {failure}", name.line())))
@@ -298,39 +388,43 @@ fn is_closed(path: &Path) -> bool {
 }
 
 /// Opens the submission at `path`, called `name` in its class. A defect of the submission becomes its verdict.
-pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubric) -> Submission {
+pub(super) fn open_entry(
+    path: &Path,
+    name: &str,
+    runner: Runner,
+    opening: Opening<'_>,
+) -> Submission {
     let name = Untrusted::from(name);
-    if path.is_dir() && !folder::is_submission(path) {
-        if rubric.class().traces {
-            return Submission::Traces(path.to_path_buf());
-        }
-        let detail = "there is no submission.toml in this folder, and traces alone show no program that made them\n  \
-                      help: hand in the program, in a folder with submission.toml; [class] traces = true in the rubric \
-                      accepts traces";
-        return Submission::Unusable {
-            name,
-            failure: Failure::BadHandIn { detail: detail.into() },
-        };
+    let unusable = |detail: &str| Submission::Unusable {
+        name: name.clone(),
+        failure: Failure::BadHandIn { detail: detail.into() },
+    };
+    match open(path, &name, runner, opening) {
+        Ok(Submission::Traces { .. }) if !opening.rubric.class().traces => unusable(
+            "traces alone show no program that made them\n  help: hand in the program, in a folder with submission.toml; \
+             [class] traces = true in the rubric accepts traces",
+        ),
+        // Names in submission.toml need not be unique.
+        Ok(Submission::Unusable { failure, .. }) => Submission::Unusable { name, failure },
+        Ok(submission) => submission,
+        Err(NotOpened::Invalid(detail)) => unusable(&detail),
+        Err(NotOpened::Nothing) => unusable(
+            "there is no submission.toml in it, and no trace\n  help: hand in the folder that `grade init` writes",
+        ),
+        Err(NotOpened::Fault(detail)) => Submission::NotGraded { name, detail },
     }
-    if path.is_dir() {
-        return match folder::open(path, runner, rubric.build_limits()) {
-            Ok(Built::Program(program)) => Submission::Program(program),
-            Ok(Built::Failed { failure, .. }) => Submission::Unusable { name, failure },
-            Err(FolderError::HandIn { error, .. }) => refused(name, &error),
-            Err(error @ FolderError::Invalid { .. }) => {
-                let detail = error.to_string();
-                Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
-            }
-            Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
-                Submission::NotGraded { name, detail: error.to_string() }
-            }
-        };
-    }
-    match Program::identify(path, runner) {
-        Ok(Identified::Program(program)) => Submission::Program(program),
-        Ok(Identified::Unusable { failure, .. }) => Submission::Unusable { name, failure },
-        Err(error) => Submission::NotGraded { name, detail: error.to_string() },
-    }
+}
+
+/// A message, if the `submission.toml` in this folder names another assignment than the one that is graded.
+fn other_assignment(folder: &Path, graded: Option<&str>) -> Option<String> {
+    let own = folder::assignment_of(folder).ok()??;
+    let graded = graded?;
+    (!own.raw(RawUse::Comparison).eq_ignore_ascii_case(graded)).then(|| {
+        format!(
+            "submission.toml names the assignment {own:?}, but {graded} is graded\n  help: change it there, or grade \
+             with --assignment"
+        )
+    })
 }
 
 /// A submission whose files cannot be graded.

@@ -298,6 +298,7 @@ mod tests {
             jacobians: None,
             creative: None,
             adjustments: Vec::new(),
+            features: Default::default(),
             copied: None,
             findings: Vec::new(),
         }

@@ -221,7 +221,12 @@ fn make(
     fs::create_dir(&folder).map_err(unwritable)?;
     fs::write(folder.join(file), source).map_err(unwritable)?;
     fs::write(folder.join(folder::MANIFEST), build.manifest()).map_err(unwritable)?;
-    let made = match folder::open(&folder, runner.clone(), rubric.build_limits())? {
+    let made = match folder::open(
+        &folder,
+        &folder.as_path().into(),
+        runner.clone(),
+        rubric.build_limits(),
+    )? {
         Built::Program(program) => Made::Program(program),
         Built::Failed { failure, .. } if build.is_plain() => Made::Failed(failure),
         Built::Failed { failure, .. } => {

@@ -20,6 +20,8 @@ use crate::boundary::printed::Untrusted;
 pub enum Door {
     /// The files of a hand-in, for copying and hashing.
     HandIn,
+    /// An archive that is handed in.
+    Archive,
     /// `submission.toml`.
     Manifest,
     /// A trace.
@@ -108,8 +110,9 @@ impl Limit {
 
 impl Door {
     /// All doors.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::HandIn,
+        Self::Archive,
         Self::Manifest,
         Self::Trace,
         Self::Printed,
@@ -131,6 +134,12 @@ impl Door {
                 Limit::Mebibytes(1 << 10),
                 "grader/src/submission/hand_in.rs",
                 &[],
+            ),
+            Self::Archive => (
+                "an archive that is handed in; unpacked in the sandbox",
+                Limit::Mebibytes(128),
+                "grader/src/submission/received/unpack.rs",
+                &["archive"],
             ),
             Self::Manifest => (
                 "`submission.toml`",
@@ -225,8 +234,21 @@ impl Door {
     /// The whole text of a file.
     ///
     /// # Errors
-    /// If it cannot be read, is not a regular file, exceeds the limit, or is not UTF-8.
+    /// As [`bytes`](Self::bytes), or if it is not UTF-8.
     pub fn text(self, path: &Path) -> Result<Untrusted, DoorError> {
+        let bytes = self.bytes(path)?;
+        let text = match self {
+            Self::Sheet => decoded(bytes),
+            _ => String::from_utf8(bytes).ok(),
+        };
+        text.map(Untrusted::from).ok_or(DoorError::NotText)
+    }
+
+    /// The whole content of a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is not a regular file, or exceeds the limit.
+    pub fn bytes(self, path: &Path) -> Result<Vec<u8>, DoorError> {
         let mut file = self.open(path)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(DoorError::Unreadable)?;
@@ -234,11 +256,17 @@ impl Door {
         if more > 0 {
             return Err(DoorError::TooLarge(self.facts().limit));
         }
-        let text = match self {
-            Self::Sheet => decoded(bytes),
-            _ => String::from_utf8(bytes).ok(),
-        };
-        text.map(Untrusted::from).ok_or(DoorError::NotText)
+        Ok(bytes)
+    }
+
+    /// The first bytes of a file, at most so many.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is not a regular file.
+    pub fn head(self, path: &Path, most: u64) -> Result<Vec<u8>, DoorError> {
+        let mut head = Vec::new();
+        self.open(path)?.take(most).read_to_end(&mut head).map_err(DoorError::Unreadable)?;
+        Ok(head)
     }
 }
 
@@ -259,7 +287,7 @@ fn decoded(bytes: Vec<u8>) -> Option<String> {
 }
 
 /// A character of Windows-1252, which has five gaps.
-fn windows_1252(byte: u8) -> Option<char> {
+pub(crate) fn windows_1252(byte: u8) -> Option<char> {
     const UPPER: &str = "€\0‚ƒ„…†‡ˆ‰Š‹Œ\0Ž\0\0‘’“”•–—˜™š›œ\0žŸ";
     match byte {
         0 => None,

@@ -12,6 +12,16 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     fs::read(path)
 }
 
+/// The first bytes of a file, at most so many.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn head(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    File::open(path)?.take(most).read_to_end(&mut head)?;
+    Ok(head)
+}
+
 /// The text of a file.
 ///
 /// # Errors

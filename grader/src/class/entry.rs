@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::printed::steers;
+use crate::submission::received::{Form, is_left_behind};
 use crate::suite::hash_bytes;
 
 /// Longest name, in bytes, that is used unchanged as a report's name.
@@ -19,10 +20,6 @@ const PREFIX: usize = 40;
 
 /// Names that some systems reserve, with any extension: <https://learn.microsoft.com/windows/win32/fileio/naming-a-file>.
 const RESERVED: [&str; 6] = ["con", "prn", "aux", "nul", "com", "lpt"];
-
-/// Names of what systems leave behind; version control leaves its own beside clones.
-const JUNK: [&str; 7] =
-    ["__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini", ".git", ".gitignore", ".gitattributes"];
 
 /// Number of hexadecimal digits of the hash: enough to make collisions infeasible.
 const HASH: usize = 32;
@@ -48,15 +45,16 @@ pub struct PassedOver {
     pub reason: String,
 }
 
-/// The submissions of a folder, sorted by name, and the entries that are skipped. What systems leave behind is neither.
+/// The submissions of a folder, sorted by name, and the entries that are skipped. With a pack, any file is a submission. What
+/// systems leave behind is neither.
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
+pub fn list(folder: &Path, has_pack: bool) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
     let mut found: Vec<(OsString, PathBuf)> = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
-        if !is_junk(entry.file_name().as_encoded_bytes()) {
+        if !is_left_behind(entry.file_name().as_encoded_bytes()) {
             found.push((entry.file_name(), entry.path()));
         }
     }
@@ -64,7 +62,7 @@ pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
     let (mut entries, mut others) = (Vec::new(), Vec::new());
     for (file_name, path) in found {
         let name = file_name.to_str().filter(|name| !name.chars().any(steers));
-        match (name, refusal(&path)) {
+        match (name, refusal(&path, has_pack)) {
             (Some(name), None) if !name.starts_with('.') => {
                 entries.push(ClassEntry { name: name.to_owned(), path, report: String::new() });
             }
@@ -91,11 +89,6 @@ pub fn list(folder: &Path) -> io::Result<(Vec<ClassEntry>, Vec<PassedOver>)> {
     Ok((entries, others))
 }
 
-/// Whether systems leave files or folders of this name beside those of people.
-pub(super) fn is_junk(name: &[u8]) -> bool {
-    JUNK.iter().any(|junk| junk.as_bytes().eq_ignore_ascii_case(name)) || name.starts_with(b"._")
-}
-
 /// A report's name. A name that every file system stores unchanged is kept, unless a system reserves it, or it differs
 /// from another one by case only. Any other name is reduced to such characters and gets `~` and a hash; kept names contain no `~`.
 fn report_name(name: &str, is_alone: bool) -> String {
@@ -120,8 +113,8 @@ fn is_reserved(name: &str) -> bool {
     RESERVED.contains(&stem.trim_end_matches(|c: char| c.is_ascii_digit()))
 }
 
-/// Why an entry cannot be graded.
-fn refusal(path: &Path) -> Option<&'static str> {
+/// Why an entry cannot be graded. With a pack, any file can be a hand-in.
+fn refusal(path: &Path, has_pack: bool) -> Option<&'static str> {
     // It does not follow links.
     let Ok(metadata) = fs::symlink_metadata(path) else { return Some("it cannot be read") };
     let kind = metadata.file_type();
@@ -130,19 +123,17 @@ fn refusal(path: &Path) -> Option<&'static str> {
         () if kind.is_symlink() => Some("it is a link"),
         () if kind.is_dir() => None,
         () if !kind.is_file() => Some("it is neither a file nor a folder"),
-        () if !is_executable(&metadata) => Some("it is not executable"),
-        () => None,
+        () if has_pack || is_executable(&metadata) => None,
+        () => match Form::of(path) {
+            Ok(Form::Archive | Form::Foreign(_)) => None,
+            Ok(Form::Program) => Some("it is not executable"),
+            _ => Some("it is neither a program nor an archive"),
+        },
     }
 }
 
-#[cfg(unix)]
 fn is_executable(metadata: &fs::Metadata) -> bool {
     std::os::unix::fs::PermissionsExt::mode(&metadata.permissions()) & 0o111 != 0
-}
-
-#[cfg(not(unix))]
-fn is_executable(_metadata: &fs::Metadata) -> bool {
-    true
 }
 
 #[cfg(test)]
@@ -187,7 +178,7 @@ mod tests {
             fs::create_dir(folder.path().join(name)).unwrap();
         }
         fs::create_dir(folder.path().join(".ada")).unwrap();
-        let (entries, others) = list(folder.path()).unwrap();
+        let (entries, others) = list(folder.path(), false).unwrap();
         assert_eq!(
             others,
             [PassedOver {

@@ -26,6 +26,8 @@ pub mod roster;
 pub mod sheet;
 pub mod similar;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::printed::Untrusted;
@@ -59,6 +61,8 @@ pub struct Row {
     pub earned: Option<String>,
     /// Points that the teacher granted or withdrew, as the shortest decimals, with the reasons.
     pub adjustments: Vec<(String, String)>,
+    /// Points of each feature that has some, earned and maximum.
+    pub features: BTreeMap<String, String>,
     /// Points of scenes that were not judged.
     pub not_judged: String,
     /// Shipped scenes: passed and total.
@@ -103,6 +107,7 @@ impl Row {
                 .map(|it| (it.points.to_string(), it.reason.line()))
                 .collect(),
             earned: together.shown(grading.faults).map(|earned| earned.to_string()),
+            features: features(grading),
             not_judged: points::unjudged(&together),
             scenes: (sum(|totals| totals.passed), sum(|totals| totals.scenes)),
             hidden: (grading.hidden == Hidden::Run)
@@ -118,6 +123,36 @@ impl Row {
         self.adjustments.iter().filter_map(|(points, _)| points.parse::<f64>().ok()).sum()
     }
 
+    /// How many points more it has than before, and in which features; `None` if it has the same points.
+    pub fn change(&self, before: &Self) -> Option<Change> {
+        let [now, then] = [self, before].map(|row| row.points.parse::<f64>().ok());
+        let difference = now? - then?;
+        let names: BTreeSet<&String> = self.features.keys().chain(before.features.keys()).collect();
+        let of = |row: &Self, name: &String| {
+            row.features.get(name).map_or_else(|| "none".to_owned(), Clone::clone)
+        };
+        let reasons = names.into_iter().filter(|name| of(self, name) != of(before, name));
+        let reasons = reasons
+            .map(|name| format!("{name} {} instead of {}", of(self, name), of(before, name)));
+        let mut reasons: Vec<String> = reasons.collect();
+        if self.adjustments != before.adjustments {
+            reasons.push("adjustments".to_owned());
+        }
+        if self.creative != before.creative {
+            reasons.push("creative scene".to_owned());
+        }
+        (self.points != before.points).then(|| Change {
+            difference,
+            message: format!(
+                "changed: {}: {} instead of {} points ({})",
+                self.name,
+                self.points,
+                before.points,
+                reasons.join("; ")
+            ),
+        })
+    }
+
     /// Whether its files could not be graded, and somebody should look at them.
     pub fn is_refused(&self) -> bool {
         self.verdict == Failure::BAD_HAND_IN
@@ -127,6 +162,25 @@ impl Row {
     pub fn is_fault(&self) -> bool {
         self.verdict == FAULT
     }
+}
+
+/// A change of the points of a submission that was graded again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Points gained, or lost if it is negative.
+    pub difference: f64,
+    /// The points before and now, and the features with other points.
+    pub message: String,
+}
+
+/// The points of features, for comparing with those of a later grading.
+fn features(grading: &Grading) -> BTreeMap<String, String> {
+    let with_points = grading.features.iter().filter(|it| it.feature.section != Section::Unscored);
+    let named = with_points.map(|it| {
+        let name = format!("{} / {}", it.feature.section.name(), it.feature);
+        (name, points::of(&it.credit(), grading.faults))
+    });
+    named.collect()
 }
 
 /// The findings of the report; without any, what all scenes failed by, such as the build.
@@ -144,7 +198,8 @@ fn findings(grading: &Grading) -> Vec<String> {
         };
         findings.extend(first.filter(|first| !first.has_numbers()).filter(is_of_all).map(
             |failure| {
-                let said = Untrusted::from(failure.to_string()).line();
+                let said = failure.to_string();
+                let said = Untrusted::from(said.lines().next().unwrap_or_default()).line();
                 format!("{}: {said}", failure.name().replace('-', " "))
             },
         ));

@@ -34,6 +34,8 @@ pub struct Record {
     pub protection: Option<Vec<Protection>>,
     /// Time that grading took, in seconds.
     pub seconds: f64,
+    /// The row of the record in whose place this one is; `None` for the first.
+    pub before: Option<Row>,
     /// The folder of the class's pages, if the submission has pages in it.
     pub pages: Option<PathBuf>,
 }
@@ -107,6 +109,7 @@ mod tests {
             reports: BTreeMap::new(),
             protection: None,
             seconds: 0.123_456_789_012_345_67,
+            before: None,
             pages: None,
         };
         let text = record.render("eve", &seal).unwrap();

@@ -26,11 +26,14 @@ use super::program::{Program, Runner, failure_of_run};
 use crate::boundary::door::Door;
 use crate::boundary::printed::{RawUse, Untrusted};
 use crate::verdict::Failure;
-use sandbox::scratch::scratch_folder;
+use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Job, Keep, Limits, SandboxError};
 
 /// The manifest's file name.
 pub const MANIFEST: &str = "submission.toml";
+
+/// The folder of a program in its scratch folder.
+pub(crate) const HOME: &str = "folder";
 
 /// Placeholder in commands for the submission's folder.
 const FOLDER: &str = "{folder}";
@@ -47,12 +50,27 @@ pub struct SubmissionManifest {
     assignment: Option<Untrusted>,
 }
 
+/// The format of a program's traces.
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
-enum ManifestFormat {
+pub(crate) enum ManifestFormat {
+    /// CSV.
     #[default]
     Csv,
+    /// The course's binary.
     Fosssim,
+}
+
+/// How a program is built and called.
+#[derive(Debug)]
+pub(crate) struct Recipe {
+    /// Commands that build it, one after the other.
+    pub(crate) build: Vec<Vec<String>>,
+    /// The command that runs it.
+    pub(crate) run: Vec<String>,
+    /// The format of its traces.
+    pub(crate) format: ManifestFormat,
 }
 
 /// A folder that cannot be graded.
@@ -104,33 +122,56 @@ pub fn is_submission(folder: &Path) -> bool {
     found.map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |_| true)
 }
 
-/// Reads the manifest and runs the build, if any, under the runner's protection.
+/// Reads the manifest and runs the build, if any, under the runner's protection. The submission is called `name` if the
+/// manifest gives it no name.
 ///
 /// # Errors
 /// If the manifest is not valid, or the build could not be run. A build that fails is not an error.
-pub fn open(folder: &Path, mut runner: Runner, build_limits: Limits) -> Result<Built, FolderError> {
+pub fn open(
+    folder: &Path,
+    name: &Untrusted,
+    runner: Runner,
+    build_limits: Limits,
+) -> Result<Built, FolderError> {
     let refused = |error| FolderError::HandIn { path: folder.to_path_buf(), error };
     let manifest = SubmissionManifest::read(folder)?;
     let files = HandIn::open(&home_of(folder)).map_err(refused)?;
-    let name = manifest.name.unwrap_or_else(|| folder.display().to_string().into());
     // The sandbox's own user may lack permission to read the original. No report depends on the original's path.
     let copy = scratch_folder().map_err(FolderError::NotCopied)?;
-    let home = copy.path().join("folder");
-    files.copy_to(&home).map_err(refused)?;
-    if let Some(build) = &manifest.build
-        && let Err(failure) = run_build(build, &home, &runner, build_limits)?
+    files.copy_to(&copy.path().join(HOME)).map_err(refused)?;
+    let build = manifest.build.into_iter().collect();
+    let recipe = Recipe { build, run: manifest.run, format: manifest.format };
+    self::build(manifest.name.as_ref().unwrap_or(name), copy, &recipe, runner, build_limits)
+}
+
+/// Builds what lies in the folder [`HOME`] of a scratch folder, under the runner's protection.
+///
+/// # Errors
+/// If the build could not be run. A build that fails is not an error.
+pub(crate) fn build(
+    name: &Untrusted,
+    copy: Scratch,
+    recipe: &Recipe,
+    mut runner: Runner,
+    limits: Limits,
+) -> Result<Built, FolderError> {
+    let home = copy.path().join(HOME);
+    for command in &recipe.build {
         // Built before, and shown as such; without a program, its hidden scenes fail by themselves.
-        && !runner.is_second_phase()
-    {
-        return Ok(Built::Failed { name, failure });
+        if let Err(failure) = run_build(command, &home, &runner, limits)? {
+            if runner.is_second_phase() {
+                break;
+            }
+            return Ok(Built::Failed { name: name.clone(), failure });
+        }
     }
     runner.readable.push(home.clone());
-    let CommandLine { program, arguments } = CommandLine::of(&manifest.run, &home);
-    let format = match manifest.format {
+    let CommandLine { program, arguments } = CommandLine::of(&recipe.run, &home);
+    let format = match recipe.format {
         ManifestFormat::Csv => TraceFormat::Csv,
         ManifestFormat::Fosssim => TraceFormat::Fosssim,
     };
-    let copy = Some(Arc::new(copy));
+    let (name, copy) = (name.clone(), Some(Arc::new(copy)));
     Ok(Built::Program(Program { name, path: program, arguments, format, runner, copy }))
 }
 
@@ -171,23 +212,40 @@ impl SubmissionManifest {
             let start = error.span().map_or(0, |span| span.start).min(text.len());
             invalid(1 + text[..start].matches('\n').count(), error.message().to_owned())
         })?;
-        for (key, command) in [("run", Some(&manifest.run)), ("build", manifest.build.as_ref())] {
-            if command.is_some_and(|command| command.first().is_none_or(String::is_empty)) {
-                let message = format!("{key} names no program\n  help: {key} = [\"./program\", …]");
-                return Err(invalid(1, message));
-            }
-        }
-        for placeholder in ["{scene}", "{trace}"] {
-            if !manifest.run.iter().any(|argument| argument.contains(placeholder)) {
-                let message = format!(
-                    "run holds no {placeholder}\n  help: run = [\"./simulate\", \"{{scene}}\", \"-o\", \
-                     \"{{trace}}\"]"
-                );
-                return Err(invalid(1, message));
-            }
-        }
+        let build = manifest.build.as_ref().map_or(Ok(()), |build| check_command("build", build));
+        build
+            .and_then(|()| check_run("run", &manifest.run))
+            .map_err(|message| invalid(1, message))?;
         Ok(manifest)
     }
+}
+
+/// Checks that the command with this key names a program.
+///
+/// # Errors
+/// A message, if not.
+pub(crate) fn check_command(key: &str, command: &[String]) -> Result<(), String> {
+    if command.first().is_none_or(String::is_empty) {
+        return Err(format!("{key} names no program\n  help: {key} = [\"./program\", …]"));
+    }
+    Ok(())
+}
+
+/// Checks the command that runs a program.
+///
+/// # Errors
+/// A message, if it names no program, scene or trace.
+pub(crate) fn check_run(key: &str, command: &[String]) -> Result<(), String> {
+    check_command(key, command)?;
+    for placeholder in ["{scene}", "{trace}"] {
+        if !command.iter().any(|argument| argument.contains(placeholder)) {
+            return Err(format!(
+                "{key} holds no {placeholder}\n  help: {key} = [\"./simulate\", \"{{scene}}\", \"-o\", \
+                 \"{{trace}}\"]"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// A command with the folder's path filled in.

@@ -6,11 +6,12 @@ pub mod hand_in;
 pub mod init;
 pub mod kept;
 pub mod program;
+pub mod received;
 
 pub mod builtin;
 mod traces;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use scene::trace::{Shape, State, TraceError, TraceReader};
 use simulator::solver::linear::LinearSolver;
@@ -19,6 +20,7 @@ use crate::boundary::printed::Untrusted;
 use crate::suite::Case;
 use crate::verdict::{Failure, Fault, Verdict};
 use program::{Program, SceneSource};
+use received::Received;
 
 /// A submission.
 #[derive(Debug, Clone)]
@@ -26,7 +28,14 @@ pub enum Submission {
     /// This project's own simulator, with this linear solver.
     BuiltIn(LinearSolver),
     /// A folder with one trace a scene.
-    Traces(PathBuf),
+    Traces {
+        /// The submission's name in reports.
+        name: Untrusted,
+        /// The folder.
+        folder: PathBuf,
+        /// The unpacked archive that it lies in, if any.
+        received: Option<Received>,
+    },
     /// A program.
     Program(Program),
     /// A program that cannot be built, or that writes no trace of the simplest scene.
@@ -46,13 +55,19 @@ pub enum Submission {
 }
 
 impl Submission {
+    /// The traces in this folder.
+    pub fn traces(folder: &Path) -> Self {
+        Self::Traces { name: folder.into(), folder: folder.to_path_buf(), received: None }
+    }
+
     /// The submission's name in reports.
     pub fn name(&self) -> Untrusted {
         match self {
             Self::BuiltIn(_) => "built-in simulator".into(),
-            Self::Traces(folder) => folder.display().to_string().into(),
             Self::Program(program) => program.name().clone(),
-            Self::Unusable { name, .. } | Self::NotGraded { name, .. } => name.clone(),
+            Self::Traces { name, .. }
+            | Self::Unusable { name, .. }
+            | Self::NotGraded { name, .. } => name.clone(),
         }
     }
 
@@ -79,7 +94,7 @@ impl Submission {
     pub fn states(&self, case: &Case) -> Result<Box<dyn StateSource>, Verdict> {
         match self {
             Self::BuiltIn(solver) => Ok(builtin::start(&case.scene, *solver)),
-            Self::Traces(folder) => traces::open(folder, case).map_err(Verdict::Fail),
+            Self::Traces { folder, .. } => traces::open(folder, case).map_err(Verdict::Fail),
             Self::Unusable { failure, .. } => Err(Verdict::Fail(failure.clone())),
             Self::NotGraded { detail, .. } => {
                 Err(Verdict::GraderFault(Fault::NotRun { detail: detail.clone() }))

@@ -103,7 +103,7 @@ fn matching(pattern: &str, candidates: &[Candidate<'_>]) -> Vec<bool> {
 }
 
 /// Whether all of `name` matches `pattern`. Cost: at most the product of their lengths.
-fn is_like(name: &str, pattern: &str) -> bool {
+pub(crate) fn is_like(name: &str, pattern: &str) -> bool {
     // Entry k: whether the name so far matches the first k characters of the pattern.
     let pattern: Vec<char> = pattern.chars().collect();
     let mut states = vec![false; pattern.len() + 1];

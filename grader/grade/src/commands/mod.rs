@@ -12,6 +12,7 @@ pub(crate) mod init;
 pub(crate) mod jacobians;
 pub(crate) mod needs;
 pub(crate) mod oracle;
+pub(crate) mod pack;
 pub(crate) mod protection;
 pub(crate) mod selftest;
 pub(crate) mod stability;

@@ -219,7 +219,7 @@ fn a_class_refuses_a_submission_of_another_assignment() {
     let out = folder.path().join("out").display().to_string();
     let options = ["class", "--assignment", "t1m1", "--no-jacobians", "-o", &out];
     let graded = graded(&class, &options);
-    assert_eq!(graded.code, 0, "{}", graded.stderr);
+    assert_eq!(graded.code, 3, "{}", graded.stderr);
     let csv = fs::read_to_string(folder.path().join("out/summary.csv")).unwrap();
     let verdicts: Vec<&str> =
         csv.lines().skip(1).filter_map(|line| line.split(',').nth(1)).collect();

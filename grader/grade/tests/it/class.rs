@@ -288,7 +288,7 @@ fn class_grades_equal_grades_of_single_runs() {
             assert!(row.starts_with(&format!("{name},{verdict},")), "{row}");
         }
         assert!(run.stdout.contains("skipped: gus: it is a link"), "{}", run.stdout);
-        assert!(run.stdout.contains("skipped: notes.txt: it is not executable"));
+        assert!(run.stdout.contains("skipped: notes.txt: it is neither a program nor an archive"));
         let shown = project.read("out/reports/hal.txt");
         assert!(shown.contains("is a link that leads out of the submission"), "{shown}");
         assert!(!project.read("out/reports/fay.txt").contains('\u{1b}'));
@@ -370,6 +370,34 @@ fn pages_on_or_off_grade_nothing_again() {
     assert_eq!(same, record);
     assert!(!link() && project.read("pages/index.html").contains("ada"));
     assert!(said.contains("1 submissions were graded without --html, and have no pages"), "{said}");
+}
+
+/// Whoever grades again after a change of the rubric or of scenes tells students why.
+#[test]
+fn changed_grades_are_listed_with_the_features_that_changed() {
+    let project = Project::new();
+    project.program("class/ada", RIGHT);
+    project.program("class/bob", &RIGHT.replace("END {", "END { if (x == 150) x += 1;"));
+    project.program("class/eve", "#!/bin/sh\nexit 3\n");
+    let changes = |options: &[&str]| {
+        let run = project.class(&[&["--format", "json"], options].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let lines = run.stdout.lines().filter(|line| line.contains("changed: "));
+        lines.map(|line| line.trim().to_owned()).collect::<Vec<_>>()
+    };
+    assert!(
+        changes(&[]).is_empty() && changes(&["--resume"]).is_empty() && changes(&[]).is_empty()
+    );
+    let feature = "[[feature]]\ngroup = \"Free\"\nintegrator = \"explicit-euler\"\n";
+    project.write("assets/rubric.toml", &format!("{feature}points = 3\npartial = false\n"));
+    let name = "required / Free / explicit-euler";
+    // Who lost points comes first; who has as many as before is not there.
+    let expected = [
+        format!("changed: bob: 1 instead of 1.5 points ({name} 0/3 instead of 0.5/1)"),
+        format!("changed: ada: 4 instead of 2 points ({name} 3/3 instead of 1/1)"),
+    ];
+    assert_eq!(changes(&["--resume"]), expected);
+    assert!(changes(&["--resume"]).is_empty());
 }
 
 #[test]

@@ -100,7 +100,7 @@ const FLAT: &[Layout] = &[
     (
         "a note of the teacher",
         &[("notes.txt", "Ada: late")],
-        Skipped("notes.txt", "not executable"),
+        Skipped("notes.txt", "neither a program nor an archive"),
     ),
     (
         "a Mac's folder beside an unpacked zip",

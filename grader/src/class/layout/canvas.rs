@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use super::arrange::{Person, file_name};
 use super::{ClassFolder, FolderEntry, HandInParts, Part, Reading};
-use crate::class::entry::is_junk;
+use crate::submission::received::is_left_behind;
 
 /// A name, taken apart.
 struct CanvasName<'a> {
@@ -84,7 +84,7 @@ fn parts(files: &[(CanvasName<'_>, &FolderEntry)]) -> Vec<Part> {
         let newest = if is_numbered { 0 } else { uploads.len() - 1 };
         for (name, entry) in &uploads[newest..] {
             let to = file_name(if is_numbered { &name.file } else { &original });
-            if !is_junk(to.as_bytes()) {
+            if !is_left_behind(to.as_bytes()) {
                 parts.push(Part { from: entry.file_name.clone(), to });
             }
         }

@@ -30,9 +30,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use self::arrange::{Arranged, HandInFacts, Person, assign, table};
-use super::entry::{PassedOver, is_junk};
+use super::entry::PassedOver;
 use crate::boundary::printed;
 use crate::submission::hand_in::HandInError;
+use crate::submission::received::is_left_behind;
 
 /// A layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -180,7 +181,7 @@ impl ClassFolder {
             let (file_name, kind) = (entry.file_name(), entry.file_type().map_err(failed)?);
             let name = printed::text(&file_name.to_string_lossy());
             match () {
-                () if is_junk(file_name.as_encoded_bytes()) => {}
+                () if is_left_behind(file_name.as_encoded_bytes()) => {}
                 () if kind.is_dir() || kind.is_file() => {
                     entries.push(FolderEntry { file_name, name, is_folder: kind.is_dir() });
                 }

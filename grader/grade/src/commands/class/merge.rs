@@ -1,9 +1,11 @@
 //! The summary of a class, from the results of its plan.
 
+use std::collections::BTreeSet;
+
 use grader::boundary::printed;
-use grader::class::Row;
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::Record;
+use grader::class::{Change, Row};
 use grader::verdict::Fault;
 use rayon::prelude::*;
 use report::class::{Gap, Missing};
@@ -23,6 +25,8 @@ struct Graded {
     row: Row,
     /// The protections under which its program ran.
     protection: Option<Vec<Protection>>,
+    /// How its points changed, if they did.
+    change: Option<Change>,
     /// Whether it has pages in the folder of this run.
     has_pages: bool,
 }
@@ -36,11 +40,15 @@ impl Class<'_> {
         let found: Vec<Found> =
             plan.submissions.par_iter().map(|planned| self.found(plan, planned)).collect();
         let (mut rows, mut names, mut gaps) = (Vec::new(), Vec::new(), Vec::new());
+        // Only those of this plan: a result that stayed has not changed.
+        let graded: BTreeSet<usize> = plan.shards.iter().flatten().copied().collect();
+        let mut changes: Vec<Change> = Vec::new();
         // Those that were in force wherever programs ran.
         let mut protections: Option<Vec<Protection>> = None;
-        for (planned, found) in plan.submissions.iter().zip(found) {
+        for (place, (planned, found)) in plan.submissions.iter().zip(found).enumerate() {
             match found {
-                Ok(Graded { row, protection: in_force, has_pages }) => {
+                Ok(Graded { row, protection: in_force, change, has_pages }) => {
+                    changes.extend(change.filter(|_| graded.contains(&place)));
                     rows.push(row);
                     names.push(has_pages.then_some(&*planned.report));
                     protections = match (protections, in_force) {
@@ -60,6 +68,9 @@ impl Class<'_> {
         let unjudged: Vec<(String, Fault)> =
             unjudged.map(|(case, fault)| (case.id.clone(), fault)).collect();
         let mut remarks = self.marks.as_ref().map_or_else(Vec::new, |marks| marks.remarks.clone());
+        // Those who lost most come first.
+        changes.sort_by(|a, b| a.difference.total_cmp(&b.difference));
+        remarks.extend(changes.into_iter().map(|change| change.message));
         let equal = self.equal(plan).into_iter();
         remarks.extend(equal.map(|names| {
             let names: Vec<String> = names.iter().map(|name| printed::text(name)).collect();
@@ -125,8 +136,9 @@ impl Class<'_> {
         match self.record(plan, planned) {
             Some(record) => {
                 let has_pages = self.has_pages(planned, &record);
-                let Record { row, protection, .. } = record;
-                Ok(Graded { row, protection, has_pages })
+                let Record { row, protection, before, .. } = record;
+                let change = before.and_then(|before| row.change(&before));
+                Ok(Graded { row, protection, change, has_pages })
             }
             None if self.key(&planned.name).0 != planned.key => Err(Missing::Changed),
             None => {

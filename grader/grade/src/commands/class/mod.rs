@@ -131,8 +131,8 @@ Examples:
 /// The folders of a class. Clap can tell that they are given only if no group of arguments is in them.
 #[derive(Args)]
 struct ClassPlace {
-    /// Folder of submissions: programs, folders with submission.toml; folders of traces if the rubric allows them. Downloads
-    /// of Canvas, Gradescope and Moodle, and clones from GitHub, are recognised
+    /// Folder of submissions: programs, folders with submission.toml, archives of them; with --pack, sources; folders of traces
+    /// if the rubric allows them. Downloads of Canvas, Gradescope and Moodle, and clones from GitHub, are recognised
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 
@@ -305,11 +305,13 @@ fn grade(
     let arranged = arrange(folder, output, layout, args.gradebook.roster.as_deref())?;
     let own = output.join(HAND_INS);
     let folder = if arranged.is_some() { own.as_path() } else { folder };
-    let (entries, mut passed_over) = entry::list(folder).map_err(Stop::about(folder))?;
+    let listed = entry::list(folder, args.suite.pack.pack.is_some());
+    let (entries, mut passed_over) = listed.map_err(Stop::about(folder))?;
     passed_over.extend(arranged.iter().flat_map(|arranged| arranged.passed_over.clone()));
     if entries.is_empty() {
         return Err(Stop::bad_input(format!(
-            "{}: no submissions found\n  help: put programs, or folders with submission.toml, there",
+            "{}: no submissions found\n  help: put programs, folders with submission.toml or archives of them there; with \
+             --pack, also sources",
             folder.display()
         )));
     }

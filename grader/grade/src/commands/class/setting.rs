@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use grader::boundary::seal::Seal;
+use grader::class::Row;
 use grader::class::adjust::{self, Adjustments};
 use grader::class::entry::{self, ClassEntry};
 use grader::class::fingerprint::Fingerprint;
@@ -16,10 +17,12 @@ use grader::class::record::Record;
 use grader::class::roster::Roster;
 use grader::grading::provenance::Provenance;
 use grader::oracle::Oracle;
+use grader::pack::Pack;
 use grader::submission::folder;
 use grader::submission::hand_in::HandInError;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
+use grader::submission::received::Form;
 use grader::suite::assignment::Assignment;
 use rayon::prelude::*;
 use report::html::SUBMISSIONS;
@@ -92,7 +95,8 @@ impl<'a> Class<'a> {
         let pages = args.graded.html.as_deref().map(Pages::open).transpose()?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
         keep_apart(args, (submissions, output), &inputs, &protections)?;
-        let running = running(args, &runner).map_err(Stop::fault)?;
+        let mut running = running(args, &runner).map_err(Stop::fault)?;
+        running.part(inputs.pack.as_ref().map_or("", Pack::hash).as_bytes());
         let fingerprint = fingerprint(args, submissions, (&inputs, &oracle), running.clone());
         let fingerprint = fingerprint.map_err(Stop::fault)?;
         let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, true), None)?;
@@ -143,8 +147,11 @@ impl<'a> Class<'a> {
             key = self.fingerprint.clone();
             key.part(error.to_string().as_bytes());
         }
-        // A program that is built or copied from its folder does not see the folder's name. Other reports name the path.
-        if files.is_err() || folder::assignment_of(&path).is_err() {
+        // A program that is built from a copy does not see the folder's name. Other reports name the path.
+        let is_copied = self.inputs.pack.is_some()
+            || Form::of(&path).ok() == Some(Form::Archive)
+            || folder::assignment_of(&path).is_ok();
+        if files.is_err() || !is_copied {
             key.part(name.as_bytes());
         }
         if let Some(marks) = &self.marks {
@@ -216,6 +223,12 @@ impl<'a> Class<'a> {
         is_valid.then_some(record)
     }
 
+    /// The row of the record that a new one replaces.
+    pub(super) fn row_before(&self, planned: &Planned) -> Option<Row> {
+        let record = Record::load(&self.record_path(planned), &planned.report, &self.seal);
+        record.ok().flatten().map(|record| record.row)
+    }
+
     /// The folder of the class's pages, as records have it.
     pub(super) fn pages_folder(&self) -> Option<PathBuf> {
         self.pages.as_ref().and_then(|pages| std::path::absolute(pages.folder()).ok())
@@ -261,7 +274,8 @@ fn marks(args: &ClassArgs, folder: &Path, inputs: &Inputs) -> Result<Option<Mark
     if args.graded.marks.is_empty() {
         return Ok(None);
     }
-    let (entries, _) = entry::list(folder).map_err(Stop::about(folder))?;
+    let listed = entry::list(folder, inputs.pack.is_some());
+    let (entries, _) = listed.map_err(Stop::about(folder))?;
     let submissions: Vec<&str> = entries.iter().map(|entry| &*entry.name).collect();
     let rules = MarksRules {
         submissions: &submissions,
@@ -281,7 +295,8 @@ fn adjustments(
     arranged: Option<&Arranged>,
 ) -> Result<Adjustments, Stop> {
     let Some(path) = &args.graded.adjustments else { return Ok(Adjustments::new()) };
-    let (entries, _) = entry::list(folder).map_err(Stop::about(folder))?;
+    let listed = entry::list(folder, args.suite.pack.pack.is_some());
+    let (entries, _) = listed.map_err(Stop::about(folder))?;
     let submissions: Vec<&str> = entries.iter().map(|entry| &*entry.name).collect();
     let roster = args.gradebook.roster.as_deref().map(Roster::load).transpose();
     let mut roster = roster.map_err(Stop::bad_input)?;
@@ -330,8 +345,9 @@ fn keep_apart(
             .chain(&args.graded.adjustments)
             .cloned(),
     );
-    let readable =
+    let mut readable =
         args.run.readable.iter().map(|path| real(path)).collect::<Result<Vec<_>, _>>()?;
+    readable.extend(inputs.pack.iter().flat_map(Pack::readable).cloned());
     check_secrets(&secrets, &readable, protections)
 }
 

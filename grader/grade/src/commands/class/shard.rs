@@ -14,7 +14,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Instant;
 
-use grader::boundary::printed::RawUse;
 use grader::class::Row;
 use grader::class::phase::FirstPhase;
 use grader::class::plan::{Plan, Planned};
@@ -22,10 +21,10 @@ use grader::class::record::Record;
 use grader::grading::events::{Event, Observer, Task};
 use grader::grading::provenance::Provenance;
 use grader::grading::{Checks, Grading, panic_message};
+use grader::submission::Submission;
 use grader::submission::budget::Budget;
 use grader::submission::kept::KeptRuns;
 use grader::submission::program::Runner;
-use grader::submission::{Submission, folder};
 use grader::suite::hash_bytes;
 use grader::verdict::Failure;
 use report::SceneTimes;
@@ -39,7 +38,7 @@ use crate::output::{plain, write_bytes};
 use crate::provenance::origin;
 use crate::reports::render;
 use crate::stop::{Stop, complain};
-use crate::submission::{open_entry, refused};
+use crate::submission::{Opening, open_entry, refused};
 
 /// Reports of a submission: the name and content of each file.
 type Reports = Vec<(String, Vec<u8>)>;
@@ -150,6 +149,7 @@ impl Class<'_> {
                 reports: BTreeMap::new(),
                 protection: grading.protection.clone(),
                 seconds,
+                before: self.row_before(planned),
                 pages: self.pages_folder(),
             };
             self.write(planned, &grading, reports.map_err(Stop::fault)?, record)?;
@@ -211,28 +211,9 @@ impl Class<'_> {
             return refused(name.into(), &error);
         }
         self.progress.notice(Event::Task(Task::Opening));
-        let path = self.folder.join(name);
-        if let Some(detail) = self.other_assignment(name) {
-            let failure = Failure::BadHandIn { detail: detail.into() };
-            return Submission::Unusable { name: name.into(), failure };
-        }
-        open_entry(&path, name, runner, &self.inputs.rubric)
-    }
-
-    /// A message, if a submission names another assignment than the class.
-    fn other_assignment(&self, name: &str) -> Option<String> {
-        let submission = self.folder.join(name);
-        if !submission.is_dir() || !folder::is_submission(&submission) {
-            return None;
-        }
-        let own = folder::assignment_of(&submission).ok()??;
-        let of_class = self.inputs.assignment_name();
-        (!own.raw(RawUse::Comparison).eq_ignore_ascii_case(of_class)).then(|| {
-            format!(
-                "submission.toml names the assignment {own:?}, but the class is graded as {of_class}\n  help: change it \
-                 there, or grade the class with --assignment"
-            )
-        })
+        let assignment = Some(self.inputs.assignment_name());
+        let opening = Opening { assignment, ..self.inputs.opening(&self.args.run) };
+        open_entry(&self.folder.join(name), name, runner, opening)
     }
 
     /// The grading of a submission, and whether it is whole: without hidden scenes of programs, unless `hidden`.

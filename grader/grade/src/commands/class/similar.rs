@@ -26,7 +26,7 @@ pub(super) fn list(args: &ClassPlace, root: &RootArgs) -> Result<Exit, Stop> {
     let arranged = Arranged::make((args.folder.as_path(), own.as_path()), args.layout, None, false);
     let arranged = arranged.map_err(Stop::bad_input)?;
     let folder = if arranged.is_some() { &own } else { &args.folder };
-    let (entries, mut passed_over) = entry::list(folder).map_err(Stop::about(folder))?;
+    let (entries, mut passed_over) = entry::list(folder, false).map_err(Stop::about(folder))?;
     passed_over.extend(arranged.into_iter().flat_map(|arranged| arranged.passed_over));
     let mut starter = skeletons(root);
     for folder in &args.starter {

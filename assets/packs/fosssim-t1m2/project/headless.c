@@ -1,0 +1,81 @@
+// The names of GLUT, GLU, OpenGL and libpng that the course's base library calls to draw, for systems that have none of them.
+// With `-d 0` a program draws nothing, so that none of these does anything.
+
+#define NOTHING(name) \
+    void name(void) {}
+
+// glut
+NOTHING(glutBitmapCharacter)
+NOTHING(glutCreateWindow)
+NOTHING(glutDisplayFunc)
+NOTHING(glutIdleFunc)
+NOTHING(glutInit)
+NOTHING(glutInitDisplayMode)
+NOTHING(glutInitWindowSize)
+NOTHING(glutKeyboardFunc)
+NOTHING(glutMainLoop)
+NOTHING(glutMotionFunc)
+NOTHING(glutMouseFunc)
+NOTHING(glutPostRedisplay)
+NOTHING(glutReshapeFunc)
+NOTHING(glutSpecialFunc)
+NOTHING(glutSwapBuffers)
+
+// GLU
+NOTHING(gluErrorString)
+NOTHING(gluOrtho2D)
+
+// GL
+NOTHING(glBegin)
+NOTHING(glClear)
+NOTHING(glClearColor)
+NOTHING(glColor3d)
+NOTHING(glColor3f)
+NOTHING(glEnd)
+NOTHING(glFinish)
+NOTHING(glGetError)
+NOTHING(glLoadIdentity)
+NOTHING(glMatrixMode)
+NOTHING(glPixelStorei)
+NOTHING(glPopMatrix)
+NOTHING(glPushMatrix)
+NOTHING(glRasterPos3f)
+NOTHING(glReadBuffer)
+NOTHING(glReadPixels)
+NOTHING(glRotated)
+NOTHING(glTranslated)
+NOTHING(glVertex2d)
+NOTHING(glViewport)
+
+// libpng
+NOTHING(png_create_info_struct)
+NOTHING(png_create_read_struct)
+NOTHING(png_create_write_struct)
+NOTHING(png_destroy_read_struct)
+NOTHING(png_destroy_write_struct)
+NOTHING(png_free)
+NOTHING(png_get_bit_depth)
+NOTHING(png_get_color_type)
+NOTHING(png_get_image_height)
+NOTHING(png_get_image_width)
+NOTHING(png_get_io_ptr)
+NOTHING(png_get_valid)
+NOTHING(png_malloc)
+NOTHING(png_read_end)
+NOTHING(png_read_image)
+NOTHING(png_read_info)
+NOTHING(png_set_IHDR)
+NOTHING(png_set_expand)
+NOTHING(png_set_filler)
+NOTHING(png_set_gray_to_rgb)
+NOTHING(png_set_interlace_handling)
+NOTHING(png_set_read_fn)
+NOTHING(png_set_sig_bytes)
+NOTHING(png_set_strip_16)
+NOTHING(png_set_write_fn)
+NOTHING(png_sig_cmp)
+NOTHING(png_write_end)
+NOTHING(png_write_image)
+NOTHING(png_write_info)
+
+void *glutBitmapHelvetica18 = 0;

@@ -1,0 +1,51 @@
+"""Reads a scene, takes its steps with the functions of forces.py, and writes the trace."""
+
+import math
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import forces
+
+scene = ElementTree.parse(sys.argv[1]).getroot()
+def read(element, *names): return [float(element.get(name, "0")) for name in names]
+particles = scene.findall("particle")
+m = [read(p, "m")[0] for p in particles]
+x = [read(p, "px", "py") for p in particles]
+v = [read(p, "vx", "vy") for p in particles]
+free = [p.get("fixed") != "1" for p in particles]
+edges = [(int(e.get("i")), int(e.get("j"))) for e in scene.findall("edge")]
+
+
+def total():
+    """The force on each particle."""
+    f = [[0.0, 0.0] for _ in m]
+    def add(i, force, sign=1.0): f[i] = [f[i][0] + sign * force[0], f[i][1] + sign * force[1]]
+    def add_pair(i, j, force): add(i, force), add(j, force, -1.0)
+    for e in scene:
+        if e.tag == "simplegravity":
+            for i in range(len(m)): add(i, forces.simple_gravity(m[i], read(e, "fx", "fy")))
+        elif e.tag == "dragdamping":
+            for i in range(len(m)): add(i, forces.drag(v[i], *read(e, "b")))
+        elif e.tag == "springforce":
+            i, j = edges[int(e.get("edge"))]
+            add_pair(i, j, forces.spring(x[i], x[j], v[i], v[j], *read(e, "k", "l0", "b")))
+        elif e.tag == "gravitationalforce":
+            i, j = int(e.get("i")), int(e.get("j"))
+            add_pair(i, j, forces.gravitation(x[i], x[j], m[i], m[j], *read(e, "G")))
+    return f
+
+
+integrator = scene.find("integrator")
+dt, is_explicit = read(integrator, "dt")[0], integrator.get("type") == "explicit-euler"
+steps = math.ceil(read(scene.find("duration"), "time")[0] / dt)
+with open(sys.argv[2], "w") as trace:
+    print("step,time", *(f"x{i},y{i},vx{i},vy{i}" for i in range(len(m))), sep=",", file=trace)
+    for step in range(steps + 1):
+        if step > 0:
+            try: f = total()
+            except NotImplementedError as missing: sys.exit(print(missing, file=sys.stderr) or 77)
+            for i in range(len(m)):
+                old = v[i]
+                if free[i]: v[i] = [v[i][a] + dt * f[i][a] / m[i] for a in range(2)]
+                x[i] = [x[i][a] + dt * (old if is_explicit else v[i])[a] for a in range(2)]
+        print(step, repr(step * dt), *(repr(c) for i in range(len(m)) for c in x[i] + v[i]), sep=",", file=trace)

@@ -1,0 +1,530 @@
+//! Course packs: hand-ins of sources, as students make them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use needs::needs;
+use test_support::root;
+
+use crate::folder::{Folder, Run, grade};
+
+/// The path of a pack that comes with the scenes.
+fn pack(name: &str) -> String {
+    root().join("assets/packs").join(name).display().to_string()
+}
+
+/// The points and the verdict of each submission of a class.
+fn rows(folder: &Folder) -> BTreeMap<String, (String, String)> {
+    let table = folder.read("out/summary.csv");
+    let rows = table.lines().skip(1).map(|line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        (cells[0].to_owned(), (cells[2].to_owned(), cells[1].to_owned()))
+    });
+    rows.collect()
+}
+
+/// What Python makes of a script in a folder.
+fn python(folder: &Path, script: &str) {
+    let mut child = Command::new("python3")
+        .current_dir(folder)
+        .arg("-")
+        .stdin(Stdio::piped())
+        .stderr(Stdio::inherit())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(script.as_bytes()).unwrap();
+    assert!(child.wait().unwrap().success());
+}
+
+/// A copy of the pack of functions in Python, with some scenes of its own.
+fn small_pack(folder: &Folder) {
+    let name = "functions-python";
+    let copied = Command::new("cp").arg("-r").arg(pack(name)).arg(folder.path("pack")).status();
+    assert!(copied.unwrap().success());
+    with_scenes(folder);
+}
+
+fn check(folder: &Folder) -> Run {
+    grade(&folder.path("."), &["pack", "check", "pack"])
+}
+
+#[needs("test -x /usr/bin/python3 && test -x /usr/bin/node && g++ --version")]
+#[test]
+fn function_packs_pass_their_own_check() {
+    for name in ["functions-python", "functions-javascript", "functions-cpp"] {
+        let run = grade(root(), &["pack", "check", name]);
+        assert_eq!(run.code, 0, "{name}: {}{}", run.stdout, run.stderr);
+        assert!(run.stdout.ends_with("2 examples, 0 faults, 0 warnings\n"), "{}", run.stdout);
+    }
+}
+
+/// A fault of a pack: how it is planted, and what the check says.
+struct Fault {
+    name: &'static str,
+    plant: fn(&Folder),
+    says: &'static str,
+}
+
+/// Replaces text in the manifest.
+fn edit(folder: &Folder, old: &str, new: &str) {
+    let text = folder.read("pack/pack.toml");
+    assert!(text.contains(old), "{old}");
+    folder.write("pack/pack.toml", &text.replacen(old, new, 1));
+}
+
+/// Adds text to the manifest.
+fn append(folder: &Folder, text: &str) {
+    folder.write("pack/pack.toml", &(folder.read("pack/pack.toml") + text));
+}
+
+/// Gives the pack scenes of its own.
+fn with_scenes(folder: &Folder) {
+    for name in ["assets/Spring", "assets/LinearDrag", "expected/Spring", "expected/LinearDrag"] {
+        let from = root().join(name);
+        let to = folder.path("pack").join(name);
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        assert!(Command::new("cp").arg("-r").arg(from).arg(to).status().unwrap().success());
+    }
+    for name in ["manifest.toml", "envelopes.toml"] {
+        fs::copy(root().join("expected").join(name), folder.path("pack/expected").join(name))
+            .unwrap();
+    }
+    fs::create_dir_all(folder.path("pack/assets/assignments")).unwrap();
+    fs::copy(
+        root().join("assets/assignments/all.toml"),
+        folder.path("pack/assets/assignments/all.toml"),
+    )
+    .unwrap();
+    folder.write(
+        "pack/assets/assignments/t1m2.toml",
+        "title = \"Two groups\"\nforces = [\"springforce\", \"dragdamping\", \"simplegravity\"]\nintegrators = \
+         [\"explicit-euler\", \"symplectic-euler\"]\n[[feature]]\nsection = \"required\"\ngroups = [\"Spring\", \
+         \"LinearDrag\"]\n",
+    );
+    edit(
+        folder,
+        "fails = [\"Spring\", \"SpringDamping\", \"FixedParticles\", \"LinearDrag\", \"Combined\"]",
+        "fails = [\"Spring\", \"LinearDrag\"]",
+    );
+}
+
+fn remove(folder: &Folder, path: &str) {
+    let path = folder.path(path);
+    if path.is_dir() { fs::remove_dir_all(path).unwrap() } else { fs::remove_file(path).unwrap() }
+}
+
+const FAULTS: &[Fault] = &[
+    Fault {
+        name: "no manifest",
+        plant: |f| remove(f, "pack/pack.toml"),
+        says: "there is no pack.toml",
+    },
+    Fault { name: "syntax", plant: |f| edit(f, "title = ", "title "), says: "pack.toml:4:7" },
+    Fault {
+        name: "unknown key",
+        plant: |f| edit(f, "[run]", "[run]\nshell = true"),
+        says: "unknown field `shell`",
+    },
+    Fault {
+        name: "unknown table",
+        plant: |f| append(f, "\n[limit]\nwall = 1\n"),
+        says: "unknown field `limit`",
+    },
+    Fault { name: "no title", plant: |f| edit(f, "title = ", "#"), says: "missing field `title`" },
+    Fault {
+        name: "no run",
+        plant: |f| edit(f, "[run]\ncommand", "[build]\ncommands"),
+        says: "pack.toml:",
+    },
+    Fault {
+        name: "no files",
+        plant: |f| edit(f, "files = [\"forces.py\"]", "files = []"),
+        says: "files names none",
+    },
+    Fault {
+        name: "absolute pattern",
+        plant: |f| edit(f, "files = [\"forces.py\"", "files = [\"/etc/*\""),
+        says: "not a path below the project",
+    },
+    Fault {
+        name: "pattern that leads out",
+        plant: |f| edit(f, "files = [\"forces.py\"", "files = [\"../*\""),
+        says: "not a path below the project",
+    },
+    Fault {
+        name: "need that is never taken",
+        plant: |f| edit(f, "needs = [\"forces.py\"]", "needs = [\"main.py\"]"),
+        says: "\"main.py\" is needed, but never taken",
+    },
+    Fault {
+        name: "no scene in the command",
+        plant: |f| edit(f, "{scene}", "scene.xml"),
+        says: "command holds no {scene}",
+    },
+    Fault {
+        name: "no trace in the command",
+        plant: |f| edit(f, "\"{trace}\"", "\"trace.csv\""),
+        says: "command holds no {trace}",
+    },
+    Fault {
+        name: "no program in the command",
+        plant: |f| edit(f, "\"python3\", ", "\"\", "),
+        says: "command names no program",
+    },
+    Fault {
+        name: "empty build command",
+        plant: |f| append(f, "\n[build]\ncommands = [[]]\n"),
+        says: "commands names no program",
+    },
+    Fault {
+        name: "unknown format",
+        plant: |f| edit(f, "[run]", "[run]\nformat = \"json\""),
+        says: "unknown variant `json`",
+    },
+    Fault {
+        name: "readable that is missing",
+        plant: |f| edit(f, "[run]", "[run]\nreadable = [\"data\"]"),
+        says: "data: No such file",
+    },
+    Fault {
+        name: "no starter code",
+        plant: |f| append(f, "\n[starter]\nfolder = \"starter\"\nhelp = \"fetch it\"\n"),
+        says: "there is no starter code\n  help: fetch it",
+    },
+    Fault {
+        name: "unknown assignment",
+        plant: |f| edit(f, "\"t1m2\"", "\"t9m9\""),
+        says: "there is no assignment \"t9m9\"",
+    },
+    Fault {
+        name: "example that is missing",
+        plant: |f| remove(f, "pack/examples/right"),
+        says: "there is no example",
+    },
+    Fault {
+        name: "pattern of an example without scenes",
+        plant: |f| edit(f, "fails = [\"Spring\"", "fails = [\"Sprong\""),
+        says: "nothing matches \"Sprong\"",
+    },
+    Fault {
+        name: "points that do not add up",
+        plant: |f| edit(f, "assignment =", "points = 100\nassignment ="),
+        says: "promises 100 required points",
+    },
+    Fault {
+        name: "feature without points",
+        plant: |f| f.write("pack/rubric.toml", "[[feature]]\ngroup = \"Spring\"\npoints = 0\n"),
+        says: "is required, and has no points",
+    },
+    Fault {
+        name: "rubric of an unknown group",
+        plant: |f| f.write("pack/rubric.toml", "[[feature]]\ngroup = \"Sprong\"\npoints = 2\n"),
+        says: "matches no scene",
+    },
+    Fault {
+        name: "rubric with a negative number",
+        plant: |f| f.write("pack/rubric.toml", "[default]\npoints = -1\n"),
+        says: "rubric.toml:2",
+    },
+    Fault {
+        name: "driver that a hand-in replaces",
+        plant: |f| edit(f, "files = [\"forces.py\"", "files = [\"*.py\""),
+        says: "a hand-in can replace driver.py",
+    },
+    Fault {
+        name: "trace among the files of the build",
+        plant: |f| {
+            let trace = root().join("expected/Spring/shearing-pair-symplectic.csv");
+            fs::copy(trace, f.path("pack/project/data.txt")).unwrap();
+        },
+        says: "data.txt, which is a trace of the oracle",
+    },
+    Fault {
+        name: "program among the files of the build",
+        plant: |f| {
+            fs::copy("/bin/true", f.path("pack/project/oracle")).unwrap();
+        },
+        says: "oracle, a program that they could run",
+    },
+    Fault {
+        name: "solution among the files of the build",
+        plant: |f| append(f, "\n[starter]\nfolder = \".\"\n"),
+        says: "which is an example",
+    },
+    Fault {
+        name: "readable example",
+        plant: |f| edit(f, "[run]", "[run]\nreadable = [\"examples\"]"),
+        says: "which has an example in it",
+    },
+    Fault {
+        name: "readable oracle",
+        plant: |f| {
+            edit(f, "[run]", "[run]\nreadable = [\".\"]");
+        },
+        says: "which has the oracle in it",
+    },
+    Fault {
+        name: "missing trace",
+        plant: |f| {
+            remove(f, "pack/expected/Spring/shearing-pair-symplectic.csv");
+        },
+        says: "Spring/shearing-pair-symplectic: ",
+    },
+    Fault {
+        name: "trace of an older scene",
+        plant: |f| {
+            let path = "pack/assets/Spring/shearing-pair-symplectic.xml";
+            f.write(path, &f.read(path).replace("m=\"", "m=\"1"));
+        },
+        says: "Spring/shearing-pair-symplectic: ",
+    },
+    Fault {
+        name: "edited trace",
+        plant: |f| {
+            let path = "pack/expected/Spring/shearing-pair-symplectic.csv";
+            f.write(path, &f.read(path).replacen("\n1,", "\n1,9", 1));
+        },
+        says: "Spring/shearing-pair-symplectic: ",
+    },
+    Fault {
+        name: "scene that is no scene",
+        plant: |f| {
+            f.write("pack/assets/Spring/new.xml", "<scene>");
+        },
+        says: "new.xml:",
+    },
+    Fault {
+        name: "new scene without a trace",
+        plant: |f| {
+            f.write(
+                "pack/assets/Spring/new.xml",
+                &f.read("pack/assets/Spring/shearing-pair-symplectic.xml"),
+            );
+        },
+        says: "Spring/new: ",
+    },
+    Fault {
+        name: "no scenes",
+        plant: |f| {
+            remove(f, "pack/assets");
+            fs::create_dir_all(f.path("pack/assets")).unwrap();
+        },
+        says: "no scenes",
+    },
+    Fault {
+        name: "assignment without scenes",
+        plant: |f| {
+            let path = "pack/assets/assignments/t1m2.toml";
+            f.write(
+                path,
+                &f.read(path).replace(
+                    "\"LinearDrag\"]",
+                    "\"LinearDrag\"]\n[[feature]]\ngroups = [\"Sprong\"]",
+                ),
+            );
+        },
+        says: "selects no scene",
+    },
+    Fault {
+        name: "hidden scenes that are not there",
+        plant: |f| {
+            f.write(
+                "pack/rubric.toml",
+                "[hidden]\nscenes = 3\nfolder = \"hidden\"\n\n[default]\npoints = 1\n",
+            )
+        },
+        says: "promises hidden scenes, and there are none",
+    },
+    Fault {
+        name: "right program that is wrong",
+        plant: |f| {
+            fs::copy(
+                f.path("pack/examples/spring-pulls-wrong-way/forces.py"),
+                f.path("pack/examples/right/forces.py"),
+            )
+            .unwrap();
+        },
+        says: "example right does not pass",
+    },
+    Fault {
+        name: "wrong program that is right",
+        plant: |f| {
+            fs::copy(
+                f.path("pack/examples/right/forces.py"),
+                f.path("pack/examples/spring-pulls-wrong-way/forces.py"),
+            )
+            .unwrap();
+        },
+        says: "where it should fail",
+    },
+    Fault {
+        name: "wrong program that fails elsewhere",
+        plant: |f| edit(f, ", \"LinearDrag\"]", "]"),
+        says: "name these scenes in `fails` too",
+    },
+    Fault {
+        name: "driver that prints to the trace",
+        plant: |f| {
+            let driver = f.read("pack/project/driver.py");
+            f.write(
+                "pack/project/driver.py",
+                &driver.replace(
+                    "    for step in range(steps + 1):\n",
+                    "    print(\"starting\", file=trace)\n    for step in range(steps + 1):\n",
+                ),
+            );
+        },
+        says: "example right does not pass",
+    },
+    Fault {
+        name: "build that fails",
+        plant: |f| append(f, "\n[build]\ncommands = [[\"false\"]]\n"),
+        says: "the build ended with exit status 1",
+    },
+    Fault {
+        name: "example without the needed file",
+        plant: |f| {
+            fs::rename(
+                f.path("pack/examples/right/forces.py"),
+                f.path("pack/examples/right/force.py"),
+            )
+            .unwrap();
+        },
+        says: "example right does not pass",
+    },
+    Fault {
+        name: "starting file that is the solution",
+        plant: |f| {
+            fs::copy(f.path("pack/examples/right/forces.py"), f.path("pack/project/forces.py"))
+                .unwrap();
+        },
+        says: "what students start from passes every required scene",
+    },
+];
+
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn every_fault_of_a_pack_is_refused_with_its_remedy() {
+    assert!(FAULTS.len() >= 40);
+    for Fault { name, plant, says } in FAULTS {
+        let folder = Folder::new();
+        small_pack(&folder);
+        plant(&folder);
+        let run = check(&folder);
+        assert_eq!(run.code, 1, "{name}: {}{}", run.stdout, run.stderr);
+        assert!(run.stdout.contains(says), "{name}: {}", run.stdout);
+        assert!(run.stdout.starts_with("fault: "), "{name}: {}", run.stdout);
+    }
+}
+
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn pack_without_both_kinds_of_examples_gets_a_warning() {
+    let folder = Folder::new();
+    small_pack(&folder);
+    let text = folder.read("pack/pack.toml");
+    folder.write("pack/pack.toml", text.split("[[example]]").next().unwrap());
+    let run = check(&folder);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("warning: no right program"), "{}", run.stdout);
+    assert!(run.stdout.contains("warning: no wrong program"), "{}", run.stdout);
+}
+
+/// Each hand-in of one source, and the points of 43 that it gets, or what its report says.
+const FORMS: &str = r##"
+import io, os, shutil, tarfile, zipfile
+right = open("right.py").read()
+def folder(name, files):
+    for path, text in files.items():
+        full = os.path.join("class", name, path)
+        os.makedirs(os.path.dirname(full), exist_ok=True)
+        open(full, "w", newline="").write(text)
+def zipped(name, files, method=zipfile.ZIP_DEFLATED, target=None):
+    with zipfile.ZipFile(target or os.path.join("class", name), "w", method) as archive:
+        for path, text in files.items():
+            archive.writestr(path, text)
+os.makedirs("class")
+folder("right-folder", {"forces.py": right})
+folder("right-nested", {"a/b/c/forces.py": right})
+folder("right-junk", {"forces.py": right, ".git/config": "x", "__MACOSX/forces.py": "x", ".vscode/forces.py": "x", "forces.py~": "x"})
+folder("right-windows", {"forces.py": right.replace("\n", "\r\n")})
+folder("right-report", {"report.pdf": "%PDF", "src/forces.py": right, "video.mp4": "x" * 1000})
+folder("right-old-copy", {"forces.py": right, "old/forces.py": "broken ("})
+open("class/right-file.py", "w").write(right)
+os.rename("class/right-file.py", "class/forces.py")
+zipped("right.zip", {"forces.py": right})
+zipped("right-stored.zip", {"forces.py": right}, zipfile.ZIP_STORED)
+zipped("right-mac.zip", {"hand-in/forces.py": right, "__MACOSX/hand-in/._forces.py": "\0\5", "hand-in/.DS_Store": "x"})
+zipped("right-backslash.zip", {"hand-in\\forces.py": right})
+inner = io.BytesIO()
+zipped("", {"t/forces.py": right}, target=inner)
+zipped("right-twice.zip", {"inner.zip": inner.getvalue()})
+folder("right-zip-in-folder", {"x": ""})
+os.remove("class/right-zip-in-folder/x")
+zipped("right-zip-in-folder/hand-in.zip", {"forces.py": right})
+for name, mode in [("right.tar.gz", "w:gz"), ("right.tar", "w")]:
+    with tarfile.open("class/" + name, mode) as archive:
+        archive.add("right.py", "deep/forces.py")
+raw = b"caf\xe9/forces.py"
+with zipfile.ZipFile("class/right-latin.zip", "w") as archive:
+    archive.writestr("cafX/forces.py", right)
+data = open("class/right-latin.zip", "rb").read().replace(b"cafX", b"caf\xe9")
+open("class/right-latin.zip", "wb").write(data)
+zipped("bad-empty.zip", {})
+zipped("bad-other.zip", {"report.pdf": "x"})
+zipped("bad-leads-out.zip", {"../forces.py": right})
+zipped("bad-absolute.zip", {"/forces.py": right})
+zipped("bad-twice.zip", {"a/forces.py": right, "b/forces.py": right + "\n"})
+zipped("bad-bomb.zip", {"forces.py": "\0" * (520 << 20)})
+zipped("bad-many.zip", {f"f{n}": "" for n in range(20_100)})
+data = open("class/right.zip", "rb").read()
+open("class/bad-cut.zip", "wb").write(data[:60] + data[70:])
+open("class/bad-7z.7z", "wb").write(b"7z\xbc\xaf\x27\x1c" + b"\0" * 100)
+open("class/bad-rar.rar", "wb").write(b"Rar!\x1a\x07\0" + b"\0" * 100)
+open("class/bad-program.exe", "wb").write(b"MZ" + b"\0" * 100)
+open("class/bad-text.txt", "w").write("my forces are in the other folder")
+os.makedirs("class/bad-nothing")
+"##;
+
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn every_form_of_a_hand_in_is_graded_or_named() {
+    let folder = Folder::new();
+    let right = Path::new(&pack("functions-python")).join("examples/right/forces.py");
+    fs::copy(right, folder.path("right.py")).unwrap();
+    python(&folder.path("."), FORMS);
+    small_pack(&folder);
+    let arguments = ["class", "class", "-o", "out", "--pack", "pack", "--no-jacobians"];
+    let run = grade(&folder.path("."), &arguments);
+    let rows = rows(&folder);
+    assert_eq!(rows.len(), 29, "{rows:?} {}", run.stderr);
+    for (name, (points, verdict)) in &rows {
+        let report = folder.read(&format!("out/reports/{name}.txt"));
+        if name.starts_with("bad-") {
+            assert_eq!((points.as_str(), verdict.as_str()), ("0", "bad-hand-in"), "{name}");
+        } else {
+            assert_eq!(verdict, "passed", "{name}: {points} {report}");
+        }
+    }
+    for (name, says) in [
+        ("bad-empty.zip", "it holds no file"),
+        ("bad-other.zip", "it holds report.pdf"),
+        ("bad-leads-out.zip", "../forces.py leads out of the archive"),
+        ("bad-absolute.zip", "/forces.py leads out of the archive"),
+        ("bad-twice.zip", "both look like the hand-in"),
+        ("bad-bomb.zip", "more than 512 MiB"),
+        ("bad-many.zip", "20000 files"),
+        ("bad-cut.zip", "damaged"),
+        ("bad-7z.7z", "a 7z archive, which is not read"),
+        ("bad-rar.rar", "a rar archive, which is not read"),
+        ("bad-program.exe", "a program for Windows"),
+        ("bad-text.txt", "it holds bad-text.txt"),
+        ("bad-nothing", "it holds no file"),
+    ] {
+        let report = folder.read(&format!("out/reports/{name}.txt"));
+        assert!(report.contains(says), "{name}: {report}");
+    }
+}

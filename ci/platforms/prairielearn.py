@@ -93,7 +93,8 @@ def run(program=None):
     setting = ["--no-user-namespaces", "--no-admin", "--", "bash", INSIDE / "tests" / "run.sh"]
     environment = dict(os.environ)
     if IMAGE:
-        shutil.copy(COURSE / "image" / "grade", IMAGE / "usr/local/bin/grade")
+        (IMAGE / "opt/spring-oracle").mkdir(parents=True, exist_ok=True)
+        shutil.copy(COURSE / "image" / "grade", IMAGE / "opt/spring-oracle/grade")
         shutil.copy(SETTING, IMAGE / "setting")
         mounts = f"mount --make-rprivate / && mount -t proc proc {IMAGE}/proc && mount --rbind /dev {IMAGE}/dev"
         inside = " ".join(map(str, ["/setting", *setting]))

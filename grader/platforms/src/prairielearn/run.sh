@@ -2,7 +2,7 @@
 # PrairieLearn runs this, in the container, for each submission.
 # Tests give other folders.
 root="${PRAIRIELEARN_ROOT:-/grade}"
-grade="${SPRING_ORACLE:-/usr/local/bin/grade}"
+grade="${SPRING_ORACLE:-/opt/spring-oracle/grade}"
 results="$root/results/results.json"
 
 # These results remain only if grade cannot write its own.

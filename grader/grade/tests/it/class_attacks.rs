@@ -21,7 +21,7 @@ fn oracle_copy_earns_no_credit_in_a_class() {
     assert_eq!(run.code, 3, "{}", run.stderr);
     assert_eq!(project.row("eve"), "eve,bad-hand-in,0,3,0,0,0,0,0,3,0,2,,,,");
     let shown = project.read("out/reports/eve.txt");
-    assert!(shown.contains("there is no submission.toml in this folder"), "{shown}");
+    assert!(shown.contains("traces alone show no program that made them"), "{shown}");
     // If the rubric allows folders of traces, missing hidden scenes fail.
     project.write("assets/rubric.toml", "[class]\ntraces = true\n");
     project.class(&["--hidden", "hidden"]);

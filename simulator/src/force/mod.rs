@@ -144,6 +144,11 @@ pub trait Force<const D: usize>: Send + Sync {
 pub trait JacobianSink<const D: usize> {
     /// Adds the Jacobians of one element.
     fn add(&mut self, element: ElementJacobians<'_, D>);
+
+    /// The same for the force on `i` of a pair, by `x_i − x_j` and `v_i − v_j`.
+    fn add_pair(&mut self, [i, j]: [usize; 2], by_position: &Block<D>, by_velocity: &Block<D>) {
+        self.add(ElementJacobians::single(&i, Some(j), by_position, by_velocity));
+    }
 }
 
 /// The Jacobians of one element, on its local coordinates: of `m` particles, relative to another one, the origin. With

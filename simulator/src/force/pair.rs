@@ -16,10 +16,7 @@ use pulp::Simd;
 
 use super::batches::Batches;
 use super::law::{PairLaw, PairLaws, Undefined};
-use super::{
-    Block, Coupling, Degenerate, ElementJacobians, Force, JacobianSink, Numbered, State, Vector,
-    vector_of,
-};
+use super::{Block, Coupling, Degenerate, Force, JacobianSink, Numbered, State, Vector, vector_of};
 use crate::parts::Parts;
 use scene::{ForceElement, Particles, Scene};
 
@@ -155,12 +152,7 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
             let (d, w) = relative(state, active.pair());
             let law = self.laws.law(active.slot as usize).at(state.time);
             let (a, b) = law.jacobians(&d, &w).ok_or_else(|| active.degenerate())?;
-            sink.add(ElementJacobians::single(
-                &(active.i as usize),
-                Some(active.j as usize),
-                &a,
-                &b,
-            ));
+            sink.add_pair([active.i as usize, active.j as usize], &a, &b);
         }
         Ok(())
     }
@@ -188,8 +180,7 @@ impl<const D: usize, L: PairLaws<D>> Force<D> for PairForce<L> {
                 _ if energy > 0.0 => f * (-0.5 / energy) * f.transpose(),
                 _ => Block::zeros(),
             };
-            let (i, j) = (active.i as usize, active.j as usize);
-            sink.add(ElementJacobians::single(&i, Some(j), &along, &b));
+            sink.add_pair([active.i as usize, active.j as usize], &along, &b);
         }
         Ok(())
     }
@@ -254,8 +245,8 @@ fn relative<const D: usize>(state: State<'_>, pair: [u32; 2]) -> (Vector<D>, Vec
 mod tests {
     use std::fmt::Write;
 
-    use super::super::REGISTRY;
     use super::super::spring::Springs;
+    use super::super::{ElementJacobians, REGISTRY};
     use super::*;
     use crate::sizes::{BATCH, LANES, MAX_ADVANCE, MAX_PERIOD, MIN_REPEATS};
     use crate::vocabulary;

@@ -506,19 +506,20 @@ struct Assembly<'a, const D: usize> {
 }
 
 impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
-    fn add(&mut self, element: ElementJacobians<'_, D>) {
-        if let (&[i], Some(j)) = (element.particles, element.origin) {
-            // If a force yields its pairs in another order than in `couplings`, look the blocks up: slower, same result.
-            if let Some(PairLocation { particles, place: Some(place) }) = self.slots.next()
-                && *particles == [i as u32, j as u32]
-            {
-                let (by_position, by_velocity) = (&element.by_position[0], &element.by_velocity[0]);
-                let block = self.elements.single(by_position, by_velocity);
-                self.largest_entry = largest_entry(self.largest_entry, &block);
-                self.matrix.add_pair(*place, &block);
-                return;
-            }
+    fn add_pair(&mut self, [i, j]: [usize; 2], by_position: &Block<D>, by_velocity: &Block<D>) {
+        // If a force yields its pairs in another order than in `couplings`, look the blocks up: slower, same result.
+        if let Some(PairLocation { particles, place: Some(place) }) = self.slots.next()
+            && *particles == [i as u32, j as u32]
+        {
+            let block = self.elements.single(by_position, by_velocity);
+            self.largest_entry = largest_entry(self.largest_entry, &block);
+            self.matrix.add_pair(*place, &block);
+            return;
         }
+        self.add(ElementJacobians::single(&i, Some(j), by_position, by_velocity));
+    }
+
+    fn add(&mut self, element: ElementJacobians<'_, D>) {
         let blocks = self.elements.several(&element);
         self.largest_entry = blocks.iter().fold(self.largest_entry, largest_entry);
         element.spread(blocks, |row, column, block| {

@@ -907,7 +907,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             add(whole, SceneRule::FirstParameters(tag), 2, words);
             if of_it().all(|element| !element.particles.is_empty()) {
                 let words = format!("each {tag} acts on the particles of the one before it");
-                add(whole, SceneRule::PairBefore(tag), 3, words);
+                add(whole, SceneRule::ParticlesBefore(tag), 3, words);
             }
         }
         if of_it().any(|element| !element.particles.is_empty()) {

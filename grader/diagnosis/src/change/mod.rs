@@ -572,7 +572,7 @@ pub enum SceneRule {
     /// The forces of an element on these ends overwrite those before it, in the order of the file.
     Overwrites(&'static str, Ends),
     /// Each element acts on the particles of the one before it.
-    PairBefore(&'static str),
+    ParticlesBefore(&'static str),
     /// Fixed particles are free.
     Unfixed,
     /// Forces between a fixed and another particle are left out.

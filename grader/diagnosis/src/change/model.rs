@@ -950,7 +950,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 }
             }
         }
-        SceneRule::PairBefore(tag) => {
+        SceneRule::ParticlesBefore(tag) => {
             let mut before: Option<scene::Particles> = None;
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 let own = element.particles.clone();
@@ -980,5 +980,52 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             let Scene { particles, forces, .. } = scene;
             forces.retain(|element| element.particles.iter().all(|each| !particles[*each].fixed));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn changed(change: Blocks, right: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+        let mut blocks = right.to_vec();
+        change.change(right.len().isqrt(), &mut blocks);
+        blocks
+    }
+
+    #[test]
+    fn blocks_of_a_pair_are_changed_as_listed() {
+        let k = Matrix3::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0);
+        let (o, t) = (Matrix3::zeros(), k.transpose());
+        let mean = (k + t) * 0.5;
+        for (change, expected) in [
+            (Blocks::Own, [k, o, o, k]),
+            (Blocks::SameSign, [k, k, k, k]),
+            (Blocks::Cross, [o, -k, -k, o]),
+            (Blocks::WithoutRow(1), [k, -k, o, o]),
+            (Blocks::WithoutColumn(0), [o, -k, o, k]),
+            (Blocks::CrossTransposed, [k, -t, -t, k]),
+            (Blocks::Transposed, [t, -t, -t, t]),
+            (Blocks::Symmetrized, [mean, -mean, -mean, mean]),
+            (Blocks::Scaled(0, 1, 3.0), [k, -k * 3.0, -k, k]),
+        ] {
+            assert_eq!(changed(change, &[k, -k, -k, k]), expected, "{change:?}");
+        }
+    }
+
+    #[test]
+    fn blocks_left_out_on_relative_coordinates_still_balance() {
+        let mut random = fastrand::Rng::with_seed(7);
+        let [a, b, c, d] = [(); 4].map(|()| Matrix3::from_fn(|_, _| random.f64() - 0.5));
+        // Particles 0 and 2 relative to 1.
+        let all = |b: Matrix3<f64>, c: Matrix3<f64>| {
+            [a, -a - b, b, -a - c, a + b + c + d, -b - d, c, -c - d, d]
+        };
+        let found = changed(Blocks::WithoutRelative([0, 2], 1), &all(b, c));
+        let expected = all(Matrix3::zeros(), Matrix3::zeros());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).amax() < 1e-15, "{found}{expected}");
+        }
+        assert_ne!(found, changed(Blocks::Without([0, 2]), &all(b, c)));
     }
 }

@@ -783,7 +783,20 @@ fn prove(scenes: &[SceneEvidence<'_>], made: &[Change], weighed: Weighed) -> Opt
         .collect();
     // A replay that fails in most scenes is none.
     let is_most = 10 * explained.len() >= 9 * weighed.explained.len();
-    let enough = is_most && (explained.len() > 1 || scenes.len() < SMALL && !explained.is_empty());
+    // A force of one scene has no second that could confirm it.
+    let has_one_scene = |change: &Change| match change.place {
+        Place::Force(term) | Place::Jacobian(term) => {
+            let has = |scene: &&SceneEvidence<'_>| super::terms(&scene.scene).contains(&term);
+            scenes.iter().filter(has).count() == 1
+        }
+        _ => false,
+    };
+    let is_enough = match explained.len() {
+        0 => false,
+        1 => scenes.len() < SMALL || weighed.changes.iter().all(has_one_scene),
+        _ => true,
+    };
+    let enough = is_most && is_enough;
     enough.then_some(Weighed { explained, ..weighed })
 }
 

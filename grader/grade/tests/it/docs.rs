@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use test_support::root;
 
 use crate::folder::Folder;
@@ -18,8 +19,20 @@ use simulator::force::ForceKind;
 use simulator::integrator::IntegratorKind;
 use simulator::{force, integrator};
 
+/// Held while a document is read or written: several tests write the same one.
+static DOCUMENTS: Mutex<()> = Mutex::new(());
+
 fn document(name: &str) -> String {
+    let _held = DOCUMENTS.lock();
     fs::read_to_string(root().join(name)).unwrap()
+}
+
+/// Replaces text in a document.
+fn rewrite(name: &str, old: &str, new: &str) {
+    let _held = DOCUMENTS.lock();
+    let path = root().join(name);
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(path, text.replace(old, new)).unwrap();
 }
 
 /// The text between backticks.
@@ -129,7 +142,7 @@ fn counts_in_documents_match_the_suite() {
     {
         let text = document(page);
         if old != new && is_updating() {
-            fs::write(root().join(page), text.replace(&old, &new)).unwrap();
+            rewrite(page, &old, &new);
             continue;
         }
         let help =
@@ -182,8 +195,7 @@ fn hold(name: &str, found: &[String], expected: &[String], about: &str) {
         return;
     }
     if is_updating() {
-        let text = document(name).replace(&found.join("\n"), &expected.join("\n"));
-        fs::write(root().join(name), text).unwrap();
+        rewrite(name, &found.join("\n"), &expected.join("\n"));
         return;
     }
     let missing = expected.iter().find(|line| !found.contains(line));

@@ -391,12 +391,15 @@ fn runs_sharing_a_user_id_do_not_kill_each_other() {
     let mut bystander = bystander.spawn().unwrap();
     let failures = Mutex::new(Vec::new());
     std::thread::scope(|scope| {
-        for _ in 0..AT_A_TIME {
-            scope.spawn(|| {
+        for number in 0..AT_A_TIME {
+            // A run that leaves processes behind kills them.
+            let mode = if number % 2 == 0 { "honest_pause" } else { "stubborn_daemons" };
+            let (shared_stage, failures) = (&shared_stage, &failures);
+            scope.spawn(move || {
                 let stage = shared_stage.stage();
-                let honest = stage.submission("honest_pause", "", Target::Nothing);
+                let submission = stage.submission(mode, "", Target::Nothing);
                 for _ in 0..2 {
-                    let graded = stage.graded(&honest, &[]);
+                    let graded = stage.graded(&submission, &[]);
                     if graded.verdict != "pass" {
                         failures.lock().unwrap().push(graded.report);
                     }

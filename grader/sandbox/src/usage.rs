@@ -223,6 +223,7 @@ fn sum_of(text: &str, names: &[&str]) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
     use std::process::{Command, Stdio};
 
     use super::*;
@@ -242,6 +243,20 @@ mod tests {
         assert!(few.threads < usage.threads);
         assert!(usage.threads >= 2 && usage.memory > 100_000, "{usage:?}");
         assert!(exact.memory > 100_000 && exact.memory <= 2 * usage.memory, "{exact:?} {usage:?}");
+    }
+
+    #[test]
+    fn unnamed_files_are_those_of_descendants_without_a_name() {
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(&[1; 1 << 16]).unwrap();
+        file.sync_all().unwrap();
+        let own = std::process::id().cast_signed();
+        let before = unnamed_files(own);
+        let mut child = Command::new("sleep").arg("60").stdin(file).spawn().unwrap();
+        let with_child = unnamed_files(own);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(with_child >= before + (1 << 16), "{before} {with_child}");
     }
 
     #[test]

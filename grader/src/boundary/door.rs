@@ -199,13 +199,13 @@ impl Door {
                 "the start of the film of a creative scene",
                 Limit::Bytes(16),
                 "grader/src/creative/film.rs",
-                &[],
+                &["film"],
             ),
             Self::Examined => (
                 "what the check of a creative scene found and drew, in the sandbox",
                 Limit::Mebibytes(96),
                 "grader/src/creative/examiner.rs",
-                &[],
+                &["examined"],
             ),
         };
         DoorFacts { what, limit, parser, fuzz }

@@ -77,7 +77,7 @@ impl Seal {
     }
 
     /// A JSON record with its signature, which is of this name and of the record's very bytes.
-    pub(crate) fn wrap(&self, name: &str, record: &str) -> String {
+    pub fn wrap(&self, name: &str, record: &str) -> String {
         format!("{START}{}{MIDDLE}{record}{END}", self.sign(name, record))
     }
 

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use super::sheet::{self, Sheet, SheetError};
-use crate::boundary::printed::{self, inert};
+use crate::boundary::printed::{self, RawUse, Untrusted, inert};
 use crate::rubric::creative::{CRITERIA, CreativeRule};
 
 /// The marks of a class.
@@ -55,6 +55,21 @@ impl Marks {
         let key = key.map(|path| read_key(&Sheet::load(path)?)).transpose()?;
         let sheets = sheets.iter().map(|path| Sheet::load(path)).collect::<Result<Vec<_>, _>>()?;
         Self::of_sheets(&sheets, key.as_ref(), rules)
+    }
+
+    /// Parses a sheet, and the key of its gallery.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn parse(
+        sheet: &Untrusted,
+        key: Option<&Untrusted>,
+        rules: MarksRules<'_>,
+    ) -> Result<Self, SheetError> {
+        let parse =
+            |text: &Untrusted, name| Sheet::parse(text.raw(RawUse::Parsing), Path::new(name));
+        let key = key.map(|key| read_key(&parse(key, "key.csv")?)).transpose()?;
+        Self::of_sheets(&[parse(sheet, "marks.csv")?], key.as_ref(), rules)
     }
 
     fn of_sheets(

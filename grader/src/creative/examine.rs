@@ -15,7 +15,7 @@ use super::{overlap, run};
 /// What was found in a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub(super) enum Examined {
+pub enum Examined {
     /// JSON that is not meant to be a scene.
     NoScene,
     /// A scene in JSON without its mesh.
@@ -34,21 +34,21 @@ pub(super) enum Examined {
 /// What was found of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Facts {
+pub struct Facts {
     /// What it consists of, or its first warning.
-    pub(super) format: Result<String, String>,
+    pub format: Result<String, String>,
     /// Tags of its forces, each once.
-    pub(super) forces: Vec<String>,
+    pub forces: Vec<String>,
     /// Its integrator, as it is spelt.
-    pub(super) integrator: String,
+    pub integrator: String,
     /// Coordinates of a particle.
-    pub(super) dimension: usize,
+    pub dimension: usize,
     /// What it says of itself.
-    pub(super) description: Option<String>,
+    pub description: Option<String>,
     /// How the runs ended.
-    pub(super) run: Result<String, String>,
+    pub run: Result<String, String>,
     /// Whether particles overlap.
-    pub(super) overlap: Result<String, String>,
+    pub overlap: Result<String, String>,
 }
 
 /// Examines the scene in a file of the current folder. Each of its runs has the time `limit`.

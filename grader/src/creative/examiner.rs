@@ -209,8 +209,7 @@ fn read(path: &Path) -> io::Result<Result<(Examined, Option<Picture>), String>> 
     let mut line = Vec::new();
     BufReader::new(file).take(MAX_LINE).read_until(b'\n', &mut line)?;
     let start = line.len() as u64;
-    let examined = serde_json::from_slice::<Examined>(&line).ok().and_then(Examined::checked);
-    let Some(examined) = examined.filter(|_| line.ends_with(b"\n")) else {
+    let Some(examined) = Examined::parse(&line) else {
         return Ok(Err("the result of its check is malformed".to_owned()));
     };
     let picture = (size > start).then(|| Picture { path: path.to_path_buf(), start });
@@ -218,6 +217,12 @@ fn read(path: &Path) -> io::Result<Result<(Examined, Option<Picture>), String>> 
 }
 
 impl Examined {
+    /// Reads the line of a result, with its line break: its words are known, and its texts harmless.
+    pub fn parse(line: &[u8]) -> Option<Self> {
+        let line = line.strip_suffix(b"\n")?;
+        serde_json::from_slice::<Self>(line).ok().and_then(Self::checked)
+    }
+
     /// The same with harmless texts; `None` if it has words that no scene has.
     fn checked(self) -> Option<Self> {
         let text =

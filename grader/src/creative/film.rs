@@ -40,11 +40,19 @@ pub(super) fn check(place: &Place, scene: &Path) -> Result<String, String> {
     let (size, head) =
         place.head(film, Door::Film.facts().limit.bytes()).map_err(|error| error.to_string())?;
     let name = printed::path(film.to_bytes());
-    let Some((extension, offset, mark)) = format(&path(film)) else { return Err(name) };
-    match head.get(*offset..).is_some_and(|rest| rest.starts_with(mark)) {
-        true => Ok(format!("{name}, {} KB", size.div_ceil(1000))),
-        false => Err(format!("{name}: the file is not in the format of .{extension}")),
+    let path = path(film);
+    if starts_as_film(&path, &head) {
+        Ok(format!("{name}, {} KB", size.div_ceil(1000)))
+    } else {
+        Err(format!("{name}: the file is not in the format of .{}", extension(&path)))
     }
+}
+
+/// Whether a file with this name and start is a film in the format of its extension.
+pub fn starts_as_film(name: &Path, head: &[u8]) -> bool {
+    format(name).is_some_and(|(_, offset, mark)| {
+        head.get(*offset..).is_some_and(|rest| rest.starts_with(mark))
+    })
 }
 
 fn extension(path: &Path) -> String {

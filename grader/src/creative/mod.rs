@@ -38,8 +38,9 @@ use crate::submission::hand_in::HandInError;
 use crate::submission::hand_in::place::Place;
 use crate::suite::assignment::{Assignment, Scope};
 
-use examine::{Examined, Facts};
+pub use examine::{Examined, Facts};
 pub use examiner::{Examiner, Picture, Wanted, limits, serve};
+pub use film::starts_as_film;
 pub use find::{Entry, find};
 pub use motion::Motion;
 pub(crate) use run::blows_up;

@@ -729,7 +729,7 @@ mod tests {
         assert_eq!(
             message,
             "rubric.toml:2:21: unknown protection \"fire\"\n  help: the protections are files, network, \
-             signals, processes, system-calls, limits, memory"
+             signals, processes, system-calls, limits, memory, closed-folders"
         );
     }
 

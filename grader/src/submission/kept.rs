@@ -230,7 +230,12 @@ fn failure(text: &[u8]) -> Option<Failure> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use sandbox::{Limits, Sandbox};
+
     use super::*;
+    use crate::submission::program::{Program, Runner};
 
     #[test]
     fn kept_traces_need_the_signature_of_their_name() {
@@ -308,5 +313,17 @@ mod tests {
         let kept = KeptRuns::open(later.clone(), &seal, false).unwrap();
         kept.keep_failure(&"a".repeat(DIGITS), &FAILURES[0](Untrusted::default()));
         assert_eq!(fs::read_dir(later).unwrap().count(), 0);
+    }
+
+    /// Its output is shown, and a hidden scene may have run before it.
+    #[test]
+    fn second_phase_makes_no_run_that_the_first_lacks() {
+        let folder = tempfile::tempdir().unwrap();
+        let seal = Seal::of(folder.path()).unwrap();
+        let kept = KeptRuns::second_phase(folder.path().join("runs"), &seal).unwrap();
+        let mut runner = Runner::new(Sandbox::Unprotected, Limits::default(), Vec::new());
+        runner.kept.push(Arc::new(kept));
+        let error = Program::identify(Path::new("/bin/true"), runner).unwrap_err().to_string();
+        assert!(error.contains("the record of the first phase lacks a run"), "{error}");
     }
 }

@@ -224,7 +224,7 @@ fn beyond_the_horizon_a_wrong_force_fails_at_its_first_step() {
 }
 
 #[test]
-fn beyond_the_horizon_a_fabricated_motion_fails_at_its_first_step() {
+fn beyond_the_horizon_a_frozen_or_fabricated_motion_fails_at_its_first_step() {
     let case = chaotic();
     let frozen = |last: &State, _: &State| last.clone();
     let mirrored =

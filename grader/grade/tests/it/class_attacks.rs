@@ -21,7 +21,7 @@ fn oracle_copy_earns_no_credit_in_a_class() {
     assert_eq!(run.code, 3, "{}", run.stderr);
     assert_eq!(project.row("eve"), "eve,bad-hand-in,0,3,0,0,0,0,0,3,0,2,,,,");
     let shown = project.read("out/reports/eve.txt");
-    assert!(shown.contains("there is no submission.toml in this folder"), "{shown}");
+    assert!(shown.contains("traces alone show no program that made them"), "{shown}");
     // If the rubric allows folders of traces, missing hidden scenes fail.
     project.write("assets/rubric.toml", "[class]\ntraces = true\n");
     project.class(&["--hidden", "hidden"]);
@@ -225,6 +225,25 @@ fn with_hidden_unprotected() -> Project {
     let project = Project::with_hidden();
     project.write("assets/rubric.toml", UNPROTECTED);
     project
+}
+
+#[test]
+fn hidden_scenes_without_namespaces_need_the_rubrics_word() {
+    let project = Project::with_hidden();
+    logging(&project, "ada", "");
+    let n_hidden = || {
+        let run = project.grade(&[&["class", "class", "-o", "out"], &HIDDEN[..]].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let ran = ran(&project);
+        assert!(ran.len() > 3, "{ran:?}");
+        ran.iter().filter(|(_, is_hidden)| *is_hidden).count()
+    };
+    assert_eq!(n_hidden(), 0);
+    let reason = "2 hidden scenes were not run: this system refuses programs their own namespaces";
+    let shown = project.read("out/reports/ada.txt");
+    assert!(shown.contains(reason), "{shown}");
+    project.write("assets/rubric.toml", UNPROTECTED);
+    assert_eq!(n_hidden(), 2);
 }
 
 #[test]

@@ -3,6 +3,9 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 
+use platforms::archive;
+use platforms::package::PackageFile;
+
 use crate::class::{Project, RIGHT};
 use crate::folder::Run;
 
@@ -11,6 +14,44 @@ const TOML: &str = "run = [\"/bin/sh\", \"{folder}/sim.sh\", \"{scene}\", \"-o\"
 
 /// Writes no trace.
 const SILENT: &str = "exit 0\n";
+
+/// Archives in the place of a text: of the two files, of a folder with them, of a Mac, in another archive, and a broken one.
+const ZIP: &str = "zip";
+const ZIP_OF_FOLDER: &str = "zip of a folder";
+const ZIP_OF_MAC: &str = "zip of a Mac";
+const ZIP_IN_ZIP: &str = "zip in a zip";
+const ZIP_BROKEN: &str = "zip cut off";
+
+/// The bytes of a file: an archive in the place of its name.
+fn bytes(text: &str) -> Vec<u8> {
+    let of = |folder: &str, more: &[(&str, &[u8])]| {
+        let own = [("submission.toml", TOML.as_bytes()), ("sim.sh", RIGHT.as_bytes())];
+        let own = own.map(|(name, bytes)| PackageFile::data(format!("{folder}{name}"), bytes));
+        let more = more.iter().map(|(name, bytes)| PackageFile::data(*name, *bytes));
+        zipped(own.into_iter().chain(more).collect())
+    };
+    match text {
+        ZIP => of("", &[]),
+        ZIP_OF_FOLDER => of("my project/", &[]),
+        ZIP_OF_MAC => of(
+            "hw/",
+            &[
+                ("__MACOSX/hw/._submission.toml", b"\0"),
+                ("__MACOSX/._hw", b"\0"),
+                ("hw/.DS_Store", b"\0"),
+            ],
+        ),
+        ZIP_IN_ZIP => zipped(vec![PackageFile::data("hw.zip", of("hw/", &[]))]),
+        ZIP_BROKEN => of("", &[])[..300].to_vec(),
+        text => text.as_bytes().to_vec(),
+    }
+}
+
+fn zipped(files: Vec<PackageFile>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    archive::write(&mut bytes, &files).unwrap();
+    bytes
+}
 
 /// Where a layout lands.
 enum Lands {
@@ -171,6 +212,11 @@ const CANVAS: &[Layout] = &[
         Row("lovelaceada_18", "no-output"),
     ),
     (
+        "Canvas: a zip",
+        &[("noetheremmy_21_420_hw-1.zip", ZIP_OF_MAC)],
+        Row("noetheremmy_21", "passed"),
+    ),
+    (
         "Canvas: text that was typed in",
         &[("fermipaul_19_text.html", "<p>see my repository</p>")],
         Listed("fermipaul_19", "bad-hand-in", "there is no submission.toml"),
@@ -185,6 +231,50 @@ const CANVAS: &[Layout] = &[
         "Canvas: another file in the folder",
         &[("grades.csv", "a")],
         Skipped("grades.csv", "not one of Canvas"),
+    ),
+];
+
+const NESTED: &[Layout] = &[
+    ("a zip of the files", &[("ada.zip", ZIP)], Row("ada.zip", "passed")),
+    ("a zip of the folder", &[("bob.zip", ZIP_OF_FOLDER)], Row("bob.zip", "passed")),
+    ("a zip that macOS made", &[("cleo.zip", ZIP_OF_MAC)], Row("cleo.zip", "passed")),
+    ("a zip in a zip", &[("dan.zip", ZIP_IN_ZIP)], Row("dan.zip", "passed")),
+    ("a zip without an ending", &[("dot", ZIP)], Row("dot", "passed")),
+    ("a folder that holds a zip", &[("eve/hw 1.zip", ZIP_OF_FOLDER)], Row("eve", "passed")),
+    (
+        "a folder that holds a Mac's zip and leavings",
+        &[("fay/hw.zip", ZIP_OF_MAC), ("fay/.DS_Store", ""), ("fay/__MACOSX/._hw.zip", "")],
+        Row("fay", "passed"),
+    ),
+    (
+        "a folder in a folder",
+        &[("gus/hw/submission.toml", TOML), ("gus/hw/sim.sh", RIGHT)],
+        Row("gus", "passed"),
+    ),
+    (
+        "a folder in a folder in a folder",
+        &[("hal/a/b/submission.toml", TOML), ("hal/a/b/sim.sh", RIGHT)],
+        Row("hal", "passed"),
+    ),
+    (
+        "two versions beside each other",
+        &[
+            ("ivy/v1/submission.toml", TOML),
+            ("ivy/v1/sim.sh", RIGHT),
+            ("ivy/v2/submission.toml", TOML),
+            ("ivy/v2/sim.sh", RIGHT),
+        ],
+        Listed("ivy", "bad-hand-in", "v1 and v2"),
+    ),
+    (
+        "a zip that was cut off",
+        &[("jim.zip", ZIP_BROKEN)],
+        Listed("jim.zip", "bad-hand-in", "the archive is damaged"),
+    ),
+    (
+        "a RAR archive",
+        &[("kim.rar", "Rar!\u{1a}\u{7}\0 and so on")],
+        Listed("kim.rar", "bad-hand-in", "rar"),
     ),
 ];
 
@@ -367,15 +457,28 @@ fn make(project: &Project, layouts: &[Layout]) {
         match (path.strip_suffix('!'), path.strip_suffix('/')) {
             (Some(program), _) => project.program(program, text),
             (_, Some(folder)) => fs::create_dir_all(project.path(folder)).unwrap(),
-            _ => project.write(&path, text),
+            _ => {
+                fs::create_dir_all(project.path(&path).parent().unwrap()).unwrap();
+                fs::write(project.path(&path), bytes(text)).unwrap();
+            }
         }
     }
 }
 
 /// Grades them as one class: each lands where it should, and nothing else is there.
 fn check(layouts: &[Layout], note: &str, arguments: &[&str]) -> (Project, Run) {
+    check_class(layouts, note, arguments, |project| make(project, layouts))
+}
+
+/// The same for a class that is made otherwise.
+fn check_class(
+    layouts: &[Layout],
+    note: &str,
+    arguments: &[&str],
+    make: impl Fn(&Project),
+) -> (Project, Run) {
     let project = Project::new();
-    make(&project, layouts);
+    make(&project);
     let run = project.class(arguments);
     let (mut rows, mut listed) = (0, 0);
     let (_, end) = run.stdout.split_once("Not graded, for people to look at").unwrap_or_default();
@@ -424,7 +527,7 @@ fn one_entry_a_student() {
 
 #[test]
 fn downloads_of_canvas() {
-    let note = "hand-ins: Canvas's download, 10 students, in out/hand-ins";
+    let note = "hand-ins: Canvas's download, 11 students, in out/hand-ins";
     let (project, _) = check(CANVAS, note, &[]);
     let table = project.read("out/hand-ins.csv");
     assert!(table.contains("babbagecharles_13,babbagecharles,,13,,,late,,"), "{table}");
@@ -445,6 +548,30 @@ fn downloads_of_canvas() {
         "{}",
         run.stderr
     );
+}
+
+#[test]
+fn archives_and_folders_in_folders() {
+    check(NESTED, "", &[]);
+}
+
+#[test]
+fn archives_of_whole_classes() {
+    for (layouts, within, note) in [
+        (&CANVAS[..4], "", "hand-ins: Canvas's download, 4 students"),
+        (GRADESCOPE, "", "hand-ins: Gradescope's export, 5 students"),
+        (&MOODLE[..3], "Homework 1/", "hand-ins: Moodle's download, 3 students"),
+        (&NESTED[..5], "", "hand-ins: one entry a student, 5 students"),
+        (&FLAT[1..3], "hand-ins/", "hand-ins: one entry a student, 2 students"),
+    ] {
+        let files = layouts.iter().flat_map(|(_, files, _)| *files);
+        let files =
+            files.map(|(name, text)| PackageFile::data(format!("{within}{name}"), bytes(text)));
+        let archive = zipped(files.collect());
+        check_class(layouts, note, &[], |project| {
+            fs::write(project.path("class"), &archive).unwrap()
+        });
+    }
 }
 
 #[test]

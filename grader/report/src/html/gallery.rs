@@ -179,7 +179,7 @@ impl MotionData {
     }
 
     /// The motion in these bytes, if they hold one whose parts fit together.
-    fn read(bytes: &[u8]) -> Option<Self> {
+    pub fn read(bytes: &[u8]) -> Option<Self> {
         let data: Self = serde_json::from_slice(bytes).ok()?;
         let size = data.scene.n_coordinates()?;
         let n_bytes = size.checked_mul(data.times.len())?.checked_mul(2)?;

@@ -132,7 +132,8 @@ Examples:
 #[derive(Args)]
 struct ClassPlace {
     /// Folder of submissions: programs, folders with submission.toml, archives of them; with --pack, sources; folders of traces
-    /// if the rubric allows them. Downloads of Canvas, Gradescope and Moodle, and clones from GitHub, are recognised
+    /// if the rubric allows them. Downloads of Canvas, Gradescope and Moodle, also
+    /// as archives, and clones from GitHub, are recognised
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 
@@ -298,7 +299,7 @@ fn grade(
         On::Slurm => slurm::ready(output)?,
         On::Local | On::Nothing => 0,
     };
-    let arranged = arrange(folder, output, layout, args.gradebook.roster.as_deref())?;
+    let arranged = arrange(folder, output, layout, args)?;
     let own = output.join(HAND_INS);
     let folder = if arranged.is_some() { own.as_path() } else { folder };
     let listed = entry::list(folder, args.suite.pack.pack.is_some());

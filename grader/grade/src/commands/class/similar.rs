@@ -3,12 +3,12 @@
 use std::fs;
 
 use grader::class::entry::{self, ClassEntry};
-use grader::class::layout::Arranged;
 use grader::class::similar::{self, Config, Sources};
 use grader::submission::init::{Language, Skeleton};
 use grader::suite::assignment::Assignment;
 use rayon::prelude::*;
 
+use super::arrange::ClassFiles;
 use super::setting::refuse_inside;
 use super::{ClassPlace, real, save};
 use crate::args::{RootArgs, SuiteArgs};
@@ -23,8 +23,8 @@ pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
     }
     let scratch = tempfile::tempdir().map_err(Stop::fault)?;
     let own = scratch.path().join("hand-ins");
-    let arranged = Arranged::make((args.folder.as_path(), own.as_path()), args.layout, None, false);
-    let arranged = arranged.map_err(Stop::bad_input)?;
+    let files = ClassFiles::open(&args.folder, false)?;
+    let arranged = files.arrange(&args.folder, &own, args.layout, None)?;
     let folder = if arranged.is_some() { &own } else { &args.folder };
     let (entries, mut passed_over) = entry::list(folder, false).map_err(Stop::about(folder))?;
     passed_over.extend(arranged.into_iter().flat_map(|arranged| arranged.passed_over));

@@ -20,8 +20,8 @@ RUSTDOCFLAGS="-D warnings" run cargo doc --release --workspace --no-deps --docum
 packages=$(grep -c '^name = ' Cargo.lock)
 crates=$(cargo tree --locked --package grade --edges normal,build --prefix none --format '{p}' \
     | grep -v "($PWD" | sed 's/ (\*)$//' | sort -u | wc -l)
-echo "Cargo.lock: $packages packages (limit 200); a first build: $crates crates of others (limit 124)"
-if [ "$packages" -gt 200 ] || [ "$crates" -gt 124 ]; then
+echo "Cargo.lock: $packages packages (limit 200); a first build: $crates crates of others (limit 125)"
+if [ "$packages" -gt 200 ] || [ "$crates" -gt 125 ]; then
     echo "check: too many dependencies"
     exit 1
 fi

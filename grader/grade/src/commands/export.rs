@@ -236,6 +236,11 @@ fn is_file_name(text: &str) -> bool {
 impl ContentArgs {
     /// Reads what a package contains; every scene in it can be judged.
     fn read(&self) -> Result<Inputs, Stop> {
+        if self.suite.pack.pack.is_some() {
+            let message = "packages hold no course packs, and a platform would grade without this one\n  help: grade its \
+                           downloads with `grade class --pack`";
+            return Err(Stop::bad_input(message));
+        }
         let inputs = self.suite.read_for(&Judging {
             hidden: self.hidden.as_deref(),
             assignment: self.assignment.as_deref(),

@@ -528,3 +528,11 @@ fn every_form_of_a_hand_in_is_graded_or_named() {
         assert!(report.contains(says), "{name}: {report}");
     }
 }
+
+#[test]
+fn packages_for_platforms_refuse_a_pack() {
+    let run =
+        grade(root(), &["export", "gradescope", "--pack", "functions-python", "-o", "/dev/null"]);
+    assert_eq!(run.code, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("packages hold no course packs"), "{}", run.stderr);
+}

@@ -166,6 +166,10 @@ impl SuiteArgs {
             // core.
             None => Some((rayon::current_num_threads() * 3).div_ceil(2)),
         };
+        if reading.pack.is_none() && !self.pack.starter.is_empty() {
+            let message = "--starter names the starter code of a pack, or of --similar\n  help: name the pack with --pack";
+            return Err(Stop::bad_input(message));
+        }
         let pack =
             reading.pack.map(|named| self.root.pack(named, self.pack.starter()?)).transpose()?;
         let Folders { assets, extra_credit, expected } = self.folders_of(pack.as_ref())?;

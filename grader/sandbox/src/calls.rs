@@ -49,7 +49,7 @@ const ALLOWED: &[i64] = &[
     libc::SYS_pipe2, libc::SYS_ppoll, libc::SYS_pselect6, libc::SYS_epoll_create1, libc::SYS_epoll_ctl,
     libc::SYS_epoll_pwait, libc::SYS_epoll_pwait2, libc::SYS_eventfd2, libc::SYS_signalfd4, libc::SYS_timerfd_create,
     libc::SYS_timerfd_settime, libc::SYS_timerfd_gettime, libc::SYS_sendto, libc::SYS_recvfrom, libc::SYS_sendmsg,
-    libc::SYS_recvmsg, libc::SYS_shutdown, libc::SYS_getsockname, libc::SYS_getpeername, libc::SYS_getsockopt,
+    libc::SYS_recvmsg, libc::SYS_shutdown, libc::SYS_getsockname, libc::SYS_getpeername,
     // Memory.
     libc::SYS_munmap, libc::SYS_mprotect, libc::SYS_mremap, libc::SYS_brk, libc::SYS_madvise,
     libc::SYS_msync, libc::SYS_mlock, libc::SYS_mlock2, libc::SYS_munlock, libc::SYS_mlockall, libc::SYS_munlockall,
@@ -183,6 +183,9 @@ const LOCKS: &[i32] = &[
     libc::F_OFD_SETLK,
     libc::F_OFD_SETLKW,
 ];
+
+/// The option of a socket that tells the number of its network namespace; libc does not have it.
+const SO_NETNS_COOKIE: i32 = 71;
 
 /// Operations of `ioctl` on descriptors, and queries about terminals.
 const CONTROLS: &[u64] = &[
@@ -365,6 +368,11 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
     };
     let pairs = vec![pair(libc::SOCK_STREAM)?, pair(libc::SOCK_SEQPACKET)?];
     rules.insert(libc::SYS_socketpair, pairs);
+    // Cookies are numbers that the kernel counts for the whole machine, and that a run can raise for the next one.
+    let level = (1, SeccompCmpOp::Ne, u64::from(libc::SOL_SOCKET.cast_unsigned()));
+    let cookies = [libc::SO_COOKIE, SO_NETNS_COOKIE];
+    let other = cookies.map(|option| (2, SeccompCmpOp::Ne, u64::from(option.cast_unsigned())));
+    rules.insert(libc::SYS_getsockopt, vec![rule(&[level])?, rule(&other)?]);
     let mut fcntl = any(1, &operations(DESCRIPTORS))?;
     if policy.builds {
         fcntl.extend(any(1, &operations(LOCKS))?);

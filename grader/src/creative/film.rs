@@ -32,9 +32,8 @@ pub(super) fn check(place: &Place, scene: &Path) -> Result<String, String> {
     let Some(film) = own.or(only) else {
         let stem = printed::text(&scene.file_stem().unwrap_or_default().to_string_lossy());
         return Err(format!(
-            "no film called {stem} in {}\nhelp: write one with `simulate {} --film {stem}.mp4`",
+            "no film called {stem} in {}\nhelp: write one with `simulate SCENE --film FILE.mp4`, called as the scene",
             printed::text(&folder.display().to_string()),
-            printed::text(&scene.display().to_string())
         ));
     };
     let (size, head) =

@@ -503,6 +503,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
     Attack::new("connect to sockets by path and by abstract name", "connect_by_name", Socket, PASS),
     Attack::new("use the end of a socket pair as a socket", "socketpair_reused", Socket, PASS),
     Attack::new("socket pairs of other kinds", "socketpair_kinds", Nothing, PASS),
+    Attack::new("numbers of sockets that the kernel counts", "socket_cookies", Nothing, PASS),
     Attack::new("send descriptors and credentials", "rights_by_socketpair", Nothing, PASS),
     Attack::new("signal to another run by locks on its own file", "lock_own_file", Nothing, PASS),
     Attack::new(

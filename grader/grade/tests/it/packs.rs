@@ -482,6 +482,8 @@ zipped("bad-bomb.zip", {"forces.py": "\0" * (520 << 20)})
 zipped("bad-many.zip", {f"f{n}": "" for n in range(20_100)})
 data = open("class/right.zip", "rb").read()
 open("class/bad-cut.zip", "wb").write(data[:60] + data[70:])
+data = open("class/right.tar.gz", "rb").read()
+open("class/bad-cut.tar.gz", "wb").write(data[:-6])
 open("class/bad-7z.7z", "wb").write(b"7z\xbc\xaf\x27\x1c" + b"\0" * 100)
 open("class/bad-rar.rar", "wb").write(b"Rar!\x1a\x07\0" + b"\0" * 100)
 open("class/bad-program.exe", "wb").write(b"MZ" + b"\0" * 100)
@@ -500,7 +502,7 @@ fn every_form_of_a_hand_in_is_graded_or_named() {
     let arguments = ["class", "class", "-o", "out", "--pack", "pack", "--no-jacobians"];
     let run = grade(&folder.path("."), &arguments);
     let rows = rows(&folder);
-    assert_eq!(rows.len(), 29, "{rows:?} {}", run.stderr);
+    assert_eq!(rows.len(), 30, "{rows:?} {}", run.stderr);
     for (name, (points, verdict)) in &rows {
         let report = folder.read(&format!("out/reports/{name}.txt"));
         if name.starts_with("bad-") {
@@ -518,6 +520,7 @@ fn every_form_of_a_hand_in_is_graded_or_named() {
         ("bad-bomb.zip", "more than 512 MiB"),
         ("bad-many.zip", "20000 files"),
         ("bad-cut.zip", "damaged"),
+        ("bad-cut.tar.gz", "damaged"),
         ("bad-7z.7z", "a 7z archive, which is not read"),
         ("bad-rar.rar", "a rar archive, which is not read"),
         ("bad-program.exe", "a program for Windows"),

@@ -219,7 +219,8 @@ impl Unpacked<'_> {
     }
 
     fn untar(&mut self, archive: impl Read) -> io::Result<()> {
-        for entry in tar::Archive::new(archive).entries().map_err(damaged)? {
+        let mut archive = tar::Archive::new(archive);
+        for entry in archive.entries().map_err(damaged)? {
             let entry = entry.map_err(damaged)?;
             let Some(path) = path_of(&entry.path_bytes())? else { continue };
             let is_executable = entry.header().mode().unwrap_or(0) & 0o111 != 0;
@@ -231,6 +232,8 @@ impl Unpacked<'_> {
                 _ => {}
             }
         }
+        // The end of a compressed archive holds its checksum.
+        io::copy(&mut archive.into_inner().take(MAX_BYTES), &mut io::sink()).map_err(damaged)?;
         Ok(())
     }
 

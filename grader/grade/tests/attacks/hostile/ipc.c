@@ -85,6 +85,19 @@ static void socketpair_reused(void) {
     if ((handle = accept(ends[0], NULL, NULL)) >= 0) breach("accept on a pair's end");
     refused(sendto(ends[0], "x", 1, MSG_NOSIGNAL, (struct sockaddr *)&name, length), "sendto by a pair's end");
 }
+static void socket_cookies(void) {
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends)) return;
+    const int options[] = {57 /* SO_COOKIE */, 71 /* SO_NETNS_COOKIE */};
+    for (size_t k = 0; k < sizeof options / sizeof *options; ++k) {
+        unsigned long long cookie = 0;
+        socklen_t length = sizeof cookie;
+        refused(getsockopt(ends[0], SOL_SOCKET, options[k], &cookie, &length), "a number of the whole machine");
+    }
+    int type = 0;
+    socklen_t length = sizeof type;
+    if (getsockopt(ends[0], SOL_SOCKET, SO_TYPE, &type, &length)) breach("the kind of a socket is not told");
+}
 static void socketpair_kinds(void) {
     /* Run-time libraries start processes with a pair that keeps packets. */
     const int kinds[] = {SOCK_DGRAM, SOCK_RAW, SOCK_RDM};
@@ -224,7 +237,7 @@ static void folders_in_arguments(void) {
 
 const struct mode ipc_modes[] = {
     MODE(leave_behind), MODE(make_system_v), MODE(find_system_v), MODE(message_queue), MODE(connect_by_name),
-    MODE(socketpair_reused), MODE(socketpair_kinds), MODE(rights_by_socketpair), MODE(lock_own_file),
+    MODE(socketpair_reused), MODE(socketpair_kinds), MODE(socket_cookies), MODE(rights_by_socketpair), MODE(lock_own_file),
     MODE(lock_system_file), MODE(keys), MODE(leave_shared_names), MODE(find_shared_names), MODE(page_cache),
     MODE(page_cache_emptied), MODE(counts_of_machine), MODE(folders_in_arguments), {0},
 };

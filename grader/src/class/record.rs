@@ -99,8 +99,8 @@ mod tests {
         let [seal, other] = folders.each_ref().map(|folder| Seal::of(folder.path()).unwrap());
         let row = serde_json::json!({
             "name": "eve", "verdict": "failed", "required": ["0", "20"], "extra_credit": ["0", "0"],
-            "creative": null, "points": "0", "earned": "0", "not_judged": "0", "scenes": [0, 3],
-            "hidden": null, "jacobians": null, "copied": null, "findings": [],
+            "creative": null, "points": "0", "earned": "0", "adjustments": [], "features": {},
+            "not_judged": "0", "scenes": [0, 3], "hidden": null, "jacobians": null, "copied": null, "findings": [],
         });
         let record = Record {
             fingerprint: "key".to_owned(),

@@ -124,6 +124,8 @@ pub struct Comparison {
     pub other_root: Option<u64>,
     /// Whether the trace has no velocities.
     pub has_positions_alone: bool,
+    /// The time step that the first wrong time of the trace is a multiple of, if there is one.
+    pub other_time_step: Option<f64>,
 }
 
 /// Calibrated envelopes and tolerances of a state, and the used share of them so far.
@@ -150,6 +152,7 @@ impl Comparison {
             allowed: None,
             other_root: None,
             has_positions_alone: false,
+            other_time_step: None,
         }
     }
 
@@ -243,6 +246,7 @@ pub fn compare_watched(
         allowed: comparer.allowed,
         other_root: None,
         has_positions_alone: !comparer.compares_velocities,
+        other_time_step: comparer.other_time_step,
     }
 }
 
@@ -262,6 +266,8 @@ struct Comparer {
     recent: VecDeque<(State, State)>,
     /// Whether the velocities of the graded trace are compared.
     compares_velocities: bool,
+    /// The time step of the first wrong time.
+    other_time_step: Option<f64>,
 }
 
 impl Comparer {
@@ -282,6 +288,7 @@ impl Comparer {
             first_wrong: None,
             recent: VecDeque::with_capacity(CONTEXT + 1),
             compares_velocities: true,
+            other_time_step: None,
         }
     }
 
@@ -367,13 +374,14 @@ impl Comparer {
         Pair { step: self.states, expected, got, bounds, is_wrong }
     }
 
-    fn check_form(&self, got: &State, source: &dyn StateSource) -> Result<(), Failure> {
+    fn check_form(&mut self, got: &State, source: &dyn StateSource) -> Result<(), Failure> {
         if let Some(time) = got.time {
             let expected = self.states as f64 * self.expectation.time_step;
             // A sum of time steps differs from their product by rounding only. A NaN fails this test.
             let close = (time - expected).abs() <= 1e-9 * expected.abs().max(1.0);
             if !close {
                 let state = self.states;
+                self.other_time_step = (state == 1).then_some(time);
                 let location = prefix(source.location().as_ref());
                 let detail = format!(
                     "{location}state {state} has the time {} instead of {}",

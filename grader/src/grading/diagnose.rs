@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use diagnosis::findings::{self, Findings, JudgedScene, Outcome};
 
 use super::judge::Judged;
+use super::refusal::says_why;
 use crate::compare::Criteria;
 use crate::verdict::{Failure, Verdict};
 
@@ -44,7 +45,10 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
     JudgedScene {
         name: &case.id,
         scene: &case.scene,
-        outcome: outcome(&comparison.verdict),
+        outcome: match comparison.other_time_step {
+            Some(step) => Outcome::OtherTimes(step),
+            None => outcome(&comparison.verdict),
+        },
         first_wrong: comparison.first_wrong.as_ref().map(|first| findings::FirstWrong {
             step: first.place.step,
             particle: first.place.particle,
@@ -70,6 +74,7 @@ fn outcome(verdict: &Verdict) -> Outcome {
         Failure::BuildFailed { .. } | Failure::BadHandIn { .. } => Outcome::NotBuilt,
         Failure::NotImplemented { lacks, .. } => Outcome::Refused(lacks.clone()),
         Failure::Missing { .. } => Outcome::Missing,
+        failure @ Failure::Crashed { .. } if says_why(failure) => Outcome::Refused(None),
         Failure::Crashed { .. } | Failure::TooManyProcesses { .. } => Outcome::Crashed,
         Failure::TimedOut { .. } => Outcome::TimedOut,
         Failure::OutOfMemory { .. } => Outcome::OutOfMemory,

@@ -30,6 +30,15 @@ const REFUSALS: [&str; 14] = [
     "keyerror",
 ];
 
+/// A shell's exit status of a program that a signal ended is larger.
+const SIGNALS: i32 = 128;
+
+/// More words of a program that says why it ends, in lower case.
+const REASONS: [&str; 4] = ["cannot", "can't", " yet", "only "];
+
+/// Words of reports of errors that a program did not catch, in lower case.
+const UNCAUGHT: [&str; 5] = ["traceback", "panicked", "terminate called", "assertion", "sanitizer"];
+
 /// The failure of a program that says that it lacks a feature of the scene, in the place of a crash or of no trace.
 pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
     let (Failure::Crashed { detail } | Failure::NoOutput { detail }) = &failure else {
@@ -52,6 +61,16 @@ pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
         None => format!("the program does not offer this scene: {}", detail.text()),
     };
     Failure::NotImplemented { detail: detail.into(), lacks: named }
+}
+
+/// Whether a program ended by itself, with an exit status and a reason in words, not with the report of an error that
+/// nothing caught.
+pub(super) fn says_why(failure: &Failure) -> bool {
+    let Failure::Crashed { detail } = failure else { return false };
+    let Some(status) = exit_status(detail) else { return false };
+    let text = detail.raw(RawUse::Comparison).to_lowercase();
+    let has = |words: &[&str]| words.iter().any(|word| text.contains(word));
+    status < SIGNALS && (has(&REFUSALS) || has(&REASONS)) && !has(&UNCAUGHT)
 }
 
 /// What a scene needs, by the names that a message may use: its integrator, its forces, its format.
@@ -89,6 +108,18 @@ fn has_word(line: &str, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_program_that_says_why_it_ends_refuses() {
+        let says = |detail: &str| says_why(&Failure::Crashed { detail: detail.to_owned().into() });
+        assert!(says("ended with exit status 1; it printed:\ncannot do this yet"));
+        assert!(!says("ended with exit status 1"));
+        assert!(!says("ended with exit status 139; it printed:\nnot implemented"));
+        assert!(!says("killed by SIGABRT; it printed:\nnot implemented"));
+        assert!(!says(
+            "ended with exit status 1; it printed:\nTraceback (most recent call last):\nKeyError: cannot"
+        ));
+    }
 
     #[test]
     fn force_names_match_whole_words() {

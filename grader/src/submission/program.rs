@@ -335,7 +335,7 @@ impl Program {
         }
         // The particle keeps its velocity. Other mistakes are judged in the scenes.
         let found = [state.positions, state.velocities].concat();
-        if !GREETED_VELOCITY.iter().any(|value| found.contains(value)) {
+        if !GREETED_VELOCITY.iter().any(|value| found.contains(value) || found.contains(&-value)) {
             let [x, y] = GREETED_VELOCITY;
             let detail =
                 format!("the first state of the trace has nothing of the velocity ({x}, {y})");
@@ -471,7 +471,13 @@ fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
     // A crash or a missing trace is the usual reaction to an unknown convention; any other failure is more informative.
     let gives_up =
         |failure: &Failure| matches!(failure, Failure::Crashed { .. } | Failure::NoOutput { .. });
-    let mut failure = if gives_up(&fosssim) && !gives_up(&plain) { plain } else { fosssim };
+    // A signal does not end a program that merely does not know its arguments.
+    let is_killed = |failure: &Failure| match failure {
+        Failure::Crashed { detail } => exit_status(detail).is_none(),
+        _ => false,
+    };
+    let says_more = !gives_up(&plain) || is_killed(&plain);
+    let mut failure = if gives_up(&fosssim) && says_more { plain } else { fosssim };
     if let Failure::NoOutput { detail }
     | Failure::Crashed { detail }
     | Failure::Malformed { detail }

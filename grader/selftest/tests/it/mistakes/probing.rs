@@ -89,6 +89,24 @@ fn assert_wrong(mistakes: &[Mistake], may_be: fn(&Mistake, &str, &str) -> bool) 
     assert!(escaped.is_empty(), "{}", escaped.join("\n"));
 }
 
+#[test]
+fn blocks_are_not_called_correct_where_steps_move_along_lines_only() {
+    let is_of = |mistake: &&Mistake, subject: &str| {
+        mistake.subject == subject && mistake.description == "missing"
+    };
+    let mut student = Student::faultless();
+    for subject in ["spring, elastic force, ∂F/∂x", "spring, damping, ∂F/∂x"] {
+        let all = in_jacobians();
+        all.iter().find(|mistake| is_of(mistake, subject)).expect(subject).plant(&mut student);
+    }
+    // Without a spring's Jacobians, steps under its force alone leave each pair on its line.
+    let probing = probe(&Steps(student), |tag, _| tag == "springforce");
+    let correct = with(&probing, Verdict::Correct);
+    let of_blocks: Vec<_> = correct.iter().filter(|(_, name)| name.starts_with("dF")).collect();
+    assert_eq!(of_blocks, [] as [&(&str, &str); 0], "{correct:?}");
+    assert!(!with(&probing, Verdict::Wrong).is_empty());
+}
+
 fn blames_its_jacobian(mistake: &Mistake, force: &str, name: &str) -> bool {
     force == tag(mistake.subject) && name != "force"
 }

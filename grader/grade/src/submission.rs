@@ -112,7 +112,7 @@ pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Res
     if !folder::is_submission(path) {
         let detail = "there is no submission.toml in the files that were handed in, outside of any folder\n  help: hand \
                       in the content of the folder that `grade init` writes, not the folder itself";
-        let failure = Failure::BadHandIn { detail: detail.into() };
+        let failure = Failure::BadHandIn { reason: detail.into() };
         return Ok((Submission::Unusable { name: name.into(), failure }, None));
     }
     let (runner, protections) = run.runner(&inputs.rubric)?;
@@ -245,7 +245,7 @@ pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubri
                       accepts traces";
         return Submission::Unusable {
             name,
-            failure: Failure::BadHandIn { detail: detail.into() },
+            failure: Failure::BadHandIn { reason: detail.into() },
         };
     }
     if path.is_dir() {
@@ -255,7 +255,7 @@ pub(super) fn open_entry(path: &Path, name: &str, runner: Runner, rubric: &Rubri
             Err(FolderError::HandIn { error, .. }) => refused(name, &error),
             Err(error @ FolderError::Invalid { .. }) => {
                 let detail = error.to_string();
-                Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
+                Submission::Unusable { name, failure: Failure::BadHandIn { reason: detail.into() } }
             }
             Err(error @ (FolderError::NotCopied(_) | FolderError::NotRun(_))) => {
                 Submission::NotGraded { name, detail: error.to_string() }
@@ -275,7 +275,7 @@ pub(super) fn refused(name: Untrusted, error: &HandInError) -> Submission {
     if error.is_fault() {
         Submission::NotGraded { name, detail }
     } else {
-        Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
+        Submission::Unusable { name, failure: Failure::BadHandIn { reason: detail.into() } }
     }
 }
 

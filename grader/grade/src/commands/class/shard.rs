@@ -211,7 +211,7 @@ impl Class<'_> {
         self.progress.notice(Event::Task(Task::Opening));
         let path = self.folder.join(name);
         if let Some(detail) = self.other_assignment(name) {
-            let failure = Failure::BadHandIn { detail: detail.into() };
+            let failure = Failure::BadHandIn { reason: detail.into() };
             return Submission::Unusable { name: name.into(), failure };
         }
         open_entry(&path, name, runner, &self.inputs.rubric)

@@ -199,8 +199,8 @@ pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Res
     check_readable(&runner, &absolute, inputs.opening(run), (&inputs.secrets(), &protections))?;
     match open_entry(path, &name, runner, inputs.opening(run)) {
         Submission::NotGraded { detail, .. } => Err(Stop::fault(detail)),
-        Submission::Unusable { name, failure: Failure::BadHandIn { detail } } => {
-            Ok((Submission::Unusable { name, failure: Failure::BadHandIn { detail } }, None))
+        Submission::Unusable { name, failure: Failure::BadHandIn { reason } } => {
+            Ok((Submission::Unusable { name, failure: Failure::BadHandIn { reason } }, None))
         }
         submission => Ok((submission, Some(protections))),
     }
@@ -278,7 +278,7 @@ fn open(
     opening: Opening<'_>,
 ) -> Result<Submission, NotOpened> {
     let unusable = |detail: String| {
-        let failure = Failure::BadHandIn { detail: detail.into() };
+        let failure = Failure::BadHandIn { reason: detail.into() };
         Ok(Submission::Unusable { name: name.clone(), failure })
     };
     let limits = opening.rubric.build_limits();
@@ -397,7 +397,7 @@ pub(super) fn open_entry(
     let name = Untrusted::from(name);
     let unusable = |detail: &str| Submission::Unusable {
         name: name.clone(),
-        failure: Failure::BadHandIn { detail: detail.into() },
+        failure: Failure::BadHandIn { reason: detail.into() },
     };
     match open(path, &name, runner, opening) {
         Ok(Submission::Traces { .. }) if !opening.rubric.class().traces => unusable(
@@ -433,7 +433,7 @@ pub(super) fn refused(name: Untrusted, error: &HandInError) -> Submission {
     if error.is_fault() {
         Submission::NotGraded { name, detail }
     } else {
-        Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
+        Submission::Unusable { name, failure: Failure::BadHandIn { reason: detail.into() } }
     }
 }
 

@@ -2,6 +2,8 @@
 //!
 //! The schema is `docs/report.schema.json`. Non-finite numbers are `null`.
 
+mod failure;
+
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -21,6 +23,8 @@ use grader::grading::{
 use grader::rubric::FaultPoints;
 use grader::rubric::creative::CreativeCredit;
 use grader::suite::Section;
+
+use failure::JsonFailure;
 
 /// The report as JSON, with a newline at its end.
 ///
@@ -300,6 +304,8 @@ struct JsonScene {
     verdict: &'static str,
     /// The verdict in a sentence.
     message: String,
+    /// The facts of a failure; null for other verdicts.
+    failure: Option<JsonFailure>,
     /// Its weight among the scenes of its feature.
     weight: f64,
     /// Kind of tolerances used: "calibrated" or "fixed".
@@ -629,6 +635,7 @@ impl JsonScene {
             path: scene.path.clone(),
             verdict: verdict.name(),
             message: verdict.to_string(),
+            failure: JsonFailure::of(verdict),
             weight: scene.weight,
             criteria: scene.criteria.name(),
             tolerances,

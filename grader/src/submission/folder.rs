@@ -25,7 +25,7 @@ use super::hand_in::{HandIn, HandInError};
 use super::program::{Program, Runner, failure_of_run};
 use crate::boundary::door::Door;
 use crate::boundary::printed::{RawUse, Untrusted};
-use crate::verdict::Failure;
+use crate::verdict::{BuildFailure, Failure};
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Job, Keep, Limits, SandboxError};
 
@@ -283,12 +283,12 @@ fn run_build(
         limits,
     };
     let outcome = runner.sandbox.run(&job)?;
-    let failed = |detail: String| Ok(Err(Failure::BuildFailed { detail: detail.into() }));
     if outcome.end != End::Exited(0) {
-        return failed(format!("the build {}", failure_of_run(&outcome, &job, &runner.sandbox)));
+        let failure = failure_of_run(&outcome, &job, &runner.sandbox);
+        return Ok(Err(Failure::BuildFailed(BuildFailure::Run(failure))));
     }
-    if let Err(reason) = &outcome.kept {
-        return failed(format!("the built folder {reason}"));
+    if let Err(reason) = outcome.kept {
+        return Ok(Err(Failure::BuildFailed(BuildFailure::NotKept(reason))));
     }
     // The unbuilt copy is removed with the scratch folder that contains both.
     fs::rename(home, home.with_file_name("unbuilt"))

@@ -201,7 +201,7 @@ fn beyond_the_horizon_a_correct_program_passes_although_its_states_differ() {
 /// Why the chaotic scene fails beyond its horizon.
 fn drift(case: &Case, run: impl StateSource) -> String {
     match judge(case, run).verdict {
-        Verdict::Fail(Failure::Drifts { detail }) => detail.text(),
+        Verdict::Fail(failure @ Failure::Drifts { .. }) => failure.to_string(),
         verdict => panic!("{verdict}"),
     }
 }

@@ -7,6 +7,7 @@ use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::StateSource;
+use grader::suite::NoTrace;
 use grader::suite::assignment::Assignment;
 use grader::verdict::{Failure, Verdict};
 use scene::Scene;
@@ -52,8 +53,8 @@ fn findings(changes: &[Change], written: fn(Vec<State>) -> Vec<State>) -> Vec<Fi
     let grading = grading::collect(&suite, String::new(), &oracle, &rubric, |case, criteria| {
         grading::judge(case, &oracle, criteria, || {
             if case.scene.particles.len() > SMALL {
-                let detail = "there is no trace".into();
-                return Err(Verdict::Fail(Failure::Missing { detail }));
+                let missing = NoTrace::Missing { stem: (&case.id).into(), other_case: None };
+                return Err(Verdict::Fail(Failure::NoTrace(missing)));
             }
             let states = written(states(&case.scene, changes));
             Ok(Box::new(States(states.into_iter())) as Box<dyn StateSource>)

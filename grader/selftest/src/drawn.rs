@@ -31,7 +31,7 @@ use crate::student::{Run, Student};
 /// Minimum number of delivered scenes on which a drawn mistake can have an effect.
 const MATTERS: usize = 3;
 
-/// What a program has.
+/// Properties of a drawn program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Level {
     name: &'static str,
@@ -313,7 +313,7 @@ impl<'a> Drawn<'a> {
         });
         let is_false =
             |features: &[Feature]| !features.iter().any(|feature| self.is_true(*feature));
-        // What scenes have in common is counted, not inferred: it blames nothing.
+        // Properties that failing scenes share are counts, and blame nothing.
         let blaming = list.iter().filter(|finding| finding.kind != FindingKind::Common);
         let false_findings = blaming.filter(|finding| is_false(&finding.features));
         let named = |mistake: &&Mistake, proven: bool| {

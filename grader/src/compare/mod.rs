@@ -345,7 +345,7 @@ impl Comparer {
         Ok(())
     }
 
-    /// What is wrong beyond the horizon.
+    /// The fault beyond the horizon.
     fn drift(&self) -> Option<Failure> {
         let Beyond { horizon, drift, .. } = self.beyond.as_ref()?;
         Some(Failure::Drifts { horizon: horizon.step, drift: drift.clone()? })

@@ -87,7 +87,7 @@ pub struct Passed<'a> {
     pub other_root: OtherRoot,
 }
 
-/// What altered copies say about passed scenes, if they do not confirm all of them.
+/// Evidence of altered copies against passed scenes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Copied {
     /// Number of shipped scenes that the program passed.

@@ -50,7 +50,7 @@ pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
     Failure::NotImplemented(Lack::Refused { name, failure: run.clone() })
 }
 
-/// What a scene needs, by the names that a message may use: its integrator, its forces, its format.
+/// Features of a scene by the names that a message may use: its integrator, its forces, its format.
 fn names(case: &Case) -> Vec<String> {
     let scene = &case.scene;
     let aliases = scene.integrator.aliases.iter().copied();

@@ -18,7 +18,7 @@ use crate::verdict::number;
 pub struct Criterion {
     /// Its column in the sheet for marks.
     pub column: &'static str,
-    /// What it asks.
+    /// The requirement.
     pub meaning: &'static str,
 }
 

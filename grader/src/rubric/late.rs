@@ -33,7 +33,7 @@ impl Default for LateRule {
     }
 }
 
-/// What a late submission loses.
+/// Points lost by late submissions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lateness {
     /// Days begun since the deadline.
@@ -50,7 +50,7 @@ impl Lateness {
 }
 
 impl LateRule {
-    /// What a submission loses that came in so many seconds after its deadline; `None` if it was in time.
+    /// Points lost by a submission so many seconds after its deadline; `None` if it was in time.
     pub fn lateness(&self, seconds: f64) -> Option<Lateness> {
         if seconds <= self.grace.0 * 60.0 {
             return None;

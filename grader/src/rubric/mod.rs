@@ -149,7 +149,7 @@ pub enum RubricError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The fault.
         message: String,
     },
     /// An entry matches nothing that is graded.
@@ -193,7 +193,7 @@ struct RubricFile {
     protection: ProtectionTable,
 }
 
-/// What is accepted in a class, `[class]`.
+/// Hand-ins accepted in a class, `[class]`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClassRule {
@@ -586,7 +586,7 @@ impl Rubric {
         self.platform
     }
 
-    /// What is accepted in a class.
+    /// Hand-ins accepted in a class.
     pub fn class(&self) -> ClassRule {
         self.class
     }

@@ -23,7 +23,7 @@ impl Budget {
         Self { seconds, spent: Arc::new(AtomicU64::new((spent * 1e6) as u64)) }
     }
 
-    /// What is spent, in seconds.
+    /// Time spent, in seconds.
     pub fn spent(&self) -> f64 {
         self.spent.load(Ordering::Relaxed) as f64 / 1e6
     }

@@ -81,7 +81,7 @@ pub enum FolderError {
     HandIn {
         /// The folder.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault.
         error: HandInError,
     },
     /// The manifest is not valid.
@@ -91,7 +91,7 @@ pub enum FolderError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong; it may quote the file.
+        /// The fault; it may quote the file.
         message: Untrusted,
     },
     /// The copy for the build cannot be made.

@@ -127,7 +127,7 @@ impl KeptRuns {
     pub(super) fn find(&self, key: &str, trace: &Path) -> Option<KeptEnd> {
         let rest = self.ends().get(key)?.rest.clone();
         let mut kept = open_regular(CWD, &self.path(key, &rest)).ok()?;
-        // What is verified is the copy, which nobody else can change.
+        // Verifies the copy, which nobody else can change.
         let copy = trace.with_extension("unverified");
         io::copy(&mut kept, &mut File::create(&copy).ok()?).ok()?;
         let ending = if rest.ends_with(FAILURE) { FAILURE } else { "" };

@@ -63,7 +63,7 @@ pub struct Runner {
     pub sandbox: Sandbox,
     /// The limits of a run.
     pub limits: Limits,
-    /// Files and folders that programs may read, beside those of the system and their own.
+    /// Files and folders that programs may read, in addition to those of the system and their own.
     pub readable: Vec<PathBuf>,
     /// Where the program's runs are kept and looked for.
     pub kept: Vec<Arc<KeptRuns>>,
@@ -248,7 +248,7 @@ impl Program {
         }
     }
 
-    /// The same program with a budget of its own, which is as large: for measurements beside the scenes.
+    /// The same program with a second budget of the same size, for measurements other than the scenes.
     pub(crate) fn with_own_budget(&self) -> Self {
         let mut other = self.clone();
         other.runner.budget = Some(Budget::new(self.runner.limits.budget(), 0.0));
@@ -337,7 +337,7 @@ impl Program {
         Ok(())
     }
 
-    /// What a run depends on, beside the program: the arguments without the names of scratch folders, and the scene.
+    /// Inputs of a run other than the program: the arguments without the names of scratch folders, and the scene.
     fn key(&self, scene: SceneSource<'_>, before: u32) -> String {
         let arguments = self.arguments.iter().map(|argument| without_paths(argument));
         let mut parts: Vec<String> = arguments.collect();

@@ -84,7 +84,7 @@ pub enum Failure {
     Drifts {
         /// The first state that is not compared.
         horizon: u64,
-        /// What is wrong.
+        /// The fault.
         drift: Drift,
     },
     /// The trace is right, but the program fails on altered copies of the scene.

@@ -43,7 +43,7 @@ pub(super) struct JsonFailure {
     /// States that the trace should have, if it has more or fewer.
     #[serde(skip_serializing_if = "Option::is_none")]
     expected_states: Option<u64>,
-    /// What is wrong beyond the prediction horizon.
+    /// The fault beyond the prediction horizon.
     #[serde(skip_serializing_if = "Option::is_none")]
     drift: Option<JsonDrift>,
     /// The terms that the program does not show on altered copies.

@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_left_of_a_phase_that_cannot_be_published() {
+    fn unpublished_phase_leaves_no_files() {
         let results = tempfile::tempdir().unwrap();
         let seal = Seal::of(results.path()).unwrap();
         let phases = results.path().join("first-phase");

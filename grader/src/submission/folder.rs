@@ -302,7 +302,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_message_that_quotes_a_manifest_is_inert() {
+    fn control_characters_of_quoted_manifests_are_replaced() {
         let text = "\"\\u001b[2J\" = 1\nrun = [\"./a\"]\n";
         let error =
             SubmissionManifest::parse(&text.into(), Path::new(MANIFEST)).unwrap_err().to_string();

@@ -309,7 +309,7 @@ mod tests {
 
     /// Its output is shown, and a hidden scene may have run before it.
     #[test]
-    fn second_phase_makes_no_run_that_the_first_lacks() {
+    fn second_phase_refuses_unrecorded_runs() {
         let folder = tempfile::tempdir().unwrap();
         let seal = Seal::of(folder.path()).unwrap();
         let kept = KeptRuns::second_phase(folder.path().join("runs"), &seal).unwrap();

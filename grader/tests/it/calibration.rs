@@ -167,7 +167,7 @@ fn every_scene_is_measured_with_a_dozen_variants_and_four_of_five_are_much_tight
 }
 
 #[test]
-fn the_stored_envelope_is_the_one_that_is_measured() {
+fn stored_envelopes_match_measurements() {
     let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
     // The order of summation in larger systems depends on the processor.
     let cases = suite().cases;

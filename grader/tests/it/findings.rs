@@ -78,7 +78,7 @@ fn candidate(words: &str) -> Change {
 }
 
 #[test]
-fn a_change_is_named_from_the_traces_that_it_makes() {
+fn changes_are_identified_from_traces() {
     assert_eq!(findings(&[], |states| states), []);
     for words in [
         "explicit-euler: fixed particles stand still, although they have a velocity",
@@ -107,7 +107,7 @@ fn a_change_is_named_from_the_traces_that_it_makes() {
 }
 
 #[test]
-fn states_that_are_written_late_are_a_fault_of_the_output() {
+fn states_written_a_step_late_are_an_output_fault() {
     let late = |mut states: Vec<State>| {
         states.insert(0, states[0].clone());
         states.pop();

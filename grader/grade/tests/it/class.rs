@@ -297,7 +297,7 @@ fn class_grades_equal_grades_of_single_runs() {
 }
 
 #[test]
-fn only_what_changed_is_graded_again() {
+fn only_changed_submissions_are_graded_again() {
     let project = Project::new();
     project.program("class/ada", RIGHT);
     project.program("class/bob", RIGHT);

@@ -487,6 +487,17 @@ open("class/bad-cut.tar.gz", "wb").write(data[:-6])
 open("class/bad-7z.7z", "wb").write(b"7z\xbc\xaf\x27\x1c" + b"\0" * 100)
 open("class/bad-rar.rar", "wb").write(b"Rar!\x1a\x07\0" + b"\0" * 100)
 open("class/bad-program.exe", "wb").write(b"MZ" + b"\0" * 100)
+data = open("class/right.zip", "rb").read()
+open("class/bad-polyglot.zip", "wb").write(b"#!/bin/sh\n" + data)
+open("class/bad-void.zip", "wb").close()
+os.makedirs("class/bad-alone")
+open("class/bad-alone/hand-in.ZIP", "w").write("my forces")
+zipped("bad-name.zip", {"xX/forces.py": right})
+data = open("class/bad-name.zip", "rb").read().replace(b"xX", b"x\0")
+open("class/bad-name.zip", "wb").write(data)
+zipped("bad-long.zip", {"n" * 300 + "/forces.py": right})
+zipped("bad-deep.zip", {"d/" * 120 + "forces.py": right})
+zipped("bad-below.zip", {"d": "", "d/forces.py": right})
 open("class/bad-text.txt", "w").write("my forces are in the other folder")
 os.makedirs("class/bad-nothing")
 "##;
@@ -502,7 +513,7 @@ fn every_form_of_a_hand_in_is_graded_or_named() {
     let arguments = ["class", "class", "-o", "out", "--pack", "pack", "--no-jacobians"];
     let run = grade(&folder.path("."), &arguments);
     let rows = rows(&folder);
-    assert_eq!(rows.len(), 30, "{rows:?} {}", run.stderr);
+    assert_eq!(rows.len(), 37, "{rows:?} {}", run.stderr);
     for (name, (points, verdict)) in &rows {
         let report = folder.read(&format!("out/reports/{name}.txt"));
         if name.starts_with("bad-") {
@@ -523,12 +534,19 @@ fn every_form_of_a_hand_in_is_graded_or_named() {
         ("bad-cut.tar.gz", "damaged"),
         ("bad-7z.7z", "a 7z archive, which is not read"),
         ("bad-rar.rar", "a rar archive, which is not read"),
+        ("bad-polyglot.zip", "has the name of an archive, and is none"),
+        ("bad-void.zip", "has the name of an archive, and is none"),
+        ("bad-alone", "hand-in.ZIP has the name of an archive, and is none"),
+        ("bad-name.zip", "has a zero byte in its name"),
+        ("bad-long.zip", "has a name that is too long"),
+        ("bad-deep.zip", "the archive holds folders nested deeper than 100"),
+        ("bad-below.zip", "d/forces.py is below a file"),
         ("bad-program.exe", "a program for Windows"),
         ("bad-text.txt", "it holds bad-text.txt"),
         ("bad-nothing", "it holds no file"),
     ] {
         let report = folder.read(&format!("out/reports/{name}.txt"));
-        assert!(report.contains(says), "{name}: {report}");
+        assert!(report.contains(says) && report.contains("help: "), "{name}: {report}");
     }
 }
 

@@ -24,6 +24,10 @@
 //! largest = 1e-9
 //! weight = 2             # counts as two scenes of its feature
 //!
+//! [pack]                 # hand-ins are sources that a course pack builds
+//! folder = "packs/functions-python"    # relative to this file
+//! starter = "../starter" # its starter code, in the place of the pack's own; optional
+//!
 //! [hidden]               # there are hidden scenes; both keys are optional
 //! folder = "../hidden"   # relative to this file; if it does not exist, hidden scenes are not run
 //! scenes = 12            # number of hidden scenes
@@ -111,6 +115,7 @@ pub struct Rubric {
     limits: Vec<(String, f64)>,
     build_limits: Vec<(String, f64)>,
     hidden: Option<HiddenRule>,
+    pack: Option<PackRule>,
     faults: FaultPoints,
     breaker: Breaker,
     late: LateRule,
@@ -130,6 +135,16 @@ pub struct HiddenRule {
     pub folder: Option<PathBuf>,
     /// Their number.
     pub scenes: Option<NonZeroUsize>,
+}
+
+/// The course pack that builds hand-ins, `[pack]`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PackRule {
+    /// Its folder or archive.
+    pub folder: PathBuf,
+    /// The folder of the starter code, in the place of the pack's own.
+    pub starter: Option<PathBuf>,
 }
 
 /// A rubric that cannot be used.
@@ -180,6 +195,7 @@ struct RubricFile {
     #[serde(default, rename = "build-limits")]
     build_limits: BTreeMap<String, Spanned<f64>>,
     hidden: Option<HiddenRule>,
+    pack: Option<PackRule>,
     #[serde(default)]
     faults: FaultsTable,
     #[serde(default)]
@@ -376,7 +392,9 @@ impl Rubric {
             let start = error.span().map_or(0, |span| span.start);
             invalid(start, error.message().to_owned())
         })?;
-        let RubricFile { default, feature, scene, limits, build_limits, mut hidden, .. } = file;
+        let RubricFile {
+            default, feature, scene, limits, build_limits, mut hidden, mut pack, ..
+        } = file;
         let protection = |name: Spanned<String>| {
             let known = || Protection::ALL.into_iter().chain([Protection::ClosedFolders]);
             known().find(|known| known.name() == name.as_ref()).ok_or_else(|| {
@@ -425,14 +443,20 @@ impl Rubric {
         let plain = |limits: BTreeMap<String, Spanned<f64>>| {
             limits.into_iter().map(|(name, value)| (name, value.into_inner())).collect()
         };
-        if let Some(folder) = hidden.as_mut().and_then(|hidden| hidden.folder.as_mut()) {
+        let below = |folder: &mut PathBuf| {
             *folder = path.parent().unwrap_or(Path::new("")).join(&folder);
+        };
+        hidden.as_mut().and_then(|hidden| hidden.folder.as_mut()).map(below);
+        if let Some(PackRule { folder, starter }) = &mut pack {
+            below(folder);
+            starter.as_mut().map(below);
         }
         Ok(Self {
             assignment_name: file.assignment,
             assignment: None,
             default,
             hidden,
+            pack,
             faults: file.faults.points,
             breaker: file.breaker,
             late: file.late,
@@ -610,6 +634,11 @@ impl Rubric {
     /// The section on hidden scenes; `None` if there is none.
     pub fn hidden(&self) -> Option<&HiddenRule> {
         self.hidden.as_ref()
+    }
+
+    /// The course pack that builds hand-ins, with paths seen from the current folder.
+    pub fn pack(&self) -> Option<&PackRule> {
+        self.pack.as_ref()
     }
 }
 

@@ -8,7 +8,7 @@ cd "$(dirname "$0")/fuzz"
 seconds=${1:-600}
 mkdir -p corpus
 tar -xf seeds.tar -C corpus
-for target in scene-xml scene-json trace-csv trace-fosssim archive examined film manifest metadata printed record report sheet tokens; do
+for target in scene-xml scene-json trace-csv trace-fosssim archive examined export film manifest metadata printed record report sheet tokens; do
     echo "+ cargo fuzz run $target, for $seconds seconds"
     mkdir -p "corpus/$target" "seeds/$target"
     options=(-max_total_time="$seconds" -max_len=6000 -timeout=10 -rss_limit_mb=1024 -print_final_stats=1)

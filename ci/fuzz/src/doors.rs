@@ -10,6 +10,7 @@ use std::sync::LazyLock;
 
 use grader::boundary::printed::{Untrusted, steers};
 use grader::boundary::seal::Seal;
+use grader::class::layout::parse_export;
 use grader::class::marks::{Marks, MarksRules};
 use grader::class::record::Record;
 use grader::class::roster::Roster;
@@ -27,9 +28,10 @@ use report::provenance::StoredReport;
 type Check = (&'static str, fn(&[u8]));
 
 /// All targets of this file.
-pub(crate) const ALL: [Check; 10] = [
+pub(crate) const ALL: [Check; 11] = [
     ("archive", archive),
     ("examined", examined),
+    ("export", export),
     ("film", film),
     ("manifest", manifest),
     ("metadata", metadata),
@@ -96,6 +98,18 @@ fn examined(bytes: &[u8]) {
         assert!(MotionData::read(script.as_bytes()).is_some(), "{script}");
     }
     let _ = is_contact_sheet(picture);
+}
+
+fn export(bytes: &[u8]) {
+    match parse_export(&text(bytes)) {
+        Ok(found) => {
+            for (name, facts) in found {
+                let people = facts.people.iter().flat_map(|it| [&it.name, &it.id, &it.email]);
+                assert!(people.chain([&name, &facts.submitted]).all(|text| is_inert(text)));
+            }
+        }
+        Err((_, message)) => assert!(is_inert(&message), "{message:?}"),
+    }
 }
 
 /// The name of a film, a zero byte, and its start.

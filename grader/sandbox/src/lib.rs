@@ -134,7 +134,12 @@ pub enum NotKept {
     /// The file holds more bytes than the run may write.
     #[error("holds more than {} MiB", *.0 as f64 / f64::from(1 << 20))]
     TooLarge(u64),
-    /// More entries than the run may make, folders nested too deep, or an error of the system.
+    /// Folders are nested deeper than this.
+    #[error(
+        "holds folders nested deeper than {0}\n  help: hand in fewer folders inside each other"
+    )]
+    TooDeep(usize),
+    /// More entries than the run may make, or an error of the system.
     #[error("{0}")]
     Other(String),
 }

@@ -119,8 +119,7 @@ pub(super) fn copy(
         })?;
         if let Some((from, to)) = below {
             if levels.len() > MAX_DEPTH {
-                let reason = format!("holds folders nested deeper than {MAX_DEPTH}");
-                return Err(NotKept::Other(reason));
+                return Err(NotKept::TooDeep(MAX_DEPTH));
             }
             levels.push(level(from.as_fd(), to.as_fd()).map_err(NotKept::io)?);
         }

@@ -36,6 +36,8 @@ pub enum Door {
     Sheet,
     /// Metadata of Gradescope.
     Metadata,
+    /// Metadata of Gradescope's export of a class.
+    Export,
     /// A source in `grade class similar`.
     Source,
     /// A creative scene, with its mesh.
@@ -57,10 +59,10 @@ pub enum Limit {
     Stream,
 }
 
-/// What comes through a door, and how it is read.
+/// The input of a door, and how it is read.
 #[derive(Debug, Clone, Copy)]
 pub struct DoorFacts {
-    /// What it is, and who wrote it.
+    /// The input, and its author.
     pub what: &'static str,
     /// How much of it is read.
     pub limit: Limit,
@@ -80,10 +82,10 @@ pub enum DoorError {
     #[error("is {0}, not a regular file\n  help: replace it by a file, or remove it")]
     Special(&'static str),
     /// It exceeds the limit.
-    #[error("is larger than {0}")]
+    #[error("is larger than {0}\n  help: make it smaller")]
     TooLarge(Limit),
     /// It is not UTF-8; a sheet is not Windows-1252 either.
-    #[error("is not text in UTF-8")]
+    #[error("is not text in UTF-8\n  help: save it as UTF-8")]
     NotText,
 }
 
@@ -110,7 +112,7 @@ impl Limit {
 
 impl Door {
     /// All doors.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::HandIn,
         Self::Archive,
         Self::Manifest,
@@ -120,13 +122,14 @@ impl Door {
         Self::Record,
         Self::Sheet,
         Self::Metadata,
+        Self::Export,
         Self::Source,
         Self::CreativeScene,
         Self::Film,
         Self::Examined,
     ];
 
-    /// What comes through it, and how it is read.
+    /// Its input, and how it is read.
     pub const fn facts(self) -> DoorFacts {
         let (what, limit, parser, fuzz): (_, _, _, &'static [&'static str]) = match self {
             Self::HandIn => (
@@ -182,6 +185,12 @@ impl Door {
                 Limit::Mebibytes(16),
                 "grader/platforms/src/gradescope/metadata.rs",
                 &["metadata"],
+            ),
+            Self::Export => (
+                "the metadata of Gradescope's export of a class, with the results of each submission",
+                Limit::Mebibytes(512),
+                "grader/src/class/layout/gradescope.rs",
+                &["export"],
             ),
             Self::Source => (
                 "a source that `grade class similar` compares",
@@ -249,14 +258,16 @@ impl Door {
     /// # Errors
     /// If it cannot be read, is not a regular file, or exceeds the limit.
     pub fn bytes(self, path: &Path) -> Result<Vec<u8>, DoorError> {
+        let limit = self.facts().limit;
         let mut file = self.open(path)?;
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(DoorError::Unreadable)?;
-        let more = file.into_inner().read(&mut [0]).map_err(DoorError::Unreadable)?;
-        if more > 0 {
-            return Err(DoorError::TooLarge(self.facts().limit));
+        let size = file.get_ref().metadata().map_err(DoorError::Unreadable)?.len();
+        if size <= limit.bytes() {
+            file.read_to_end(&mut bytes).map_err(DoorError::Unreadable)?;
         }
-        Ok(bytes)
+        // It may have grown.
+        let more = file.into_inner().read(&mut [0]).map_err(DoorError::Unreadable)?;
+        if more > 0 { Err(DoorError::TooLarge(limit)) } else { Ok(bytes) }
     }
 
     /// The first bytes of a file, at most so many.

@@ -170,7 +170,7 @@ pub fn inert(text: &str) -> String {
     shown
 }
 
-/// A table as CSV, with names and texts of submissions: no cell is a formula ([`inert`]).
+/// A table as CSV, with names and texts of submissions: no cell is a formula ([`inert`]), or steers a terminal.
 pub struct InertCsv(csv::Writer<Vec<u8>>);
 
 impl InertCsv {
@@ -189,7 +189,8 @@ impl InertCsv {
     /// # Errors
     /// If it has another number of cells than the header.
     pub fn row(&mut self, cells: impl IntoIterator<Item = impl AsRef<str>>) -> csv::Result<()> {
-        self.0.write_record(cells.into_iter().map(|cell| inert(cell.as_ref())))
+        let cells = cells.into_iter().map(|cell| inert(&printable::text(cell.as_ref())));
+        self.0.write_record(cells)
     }
 
     /// The bytes of the table.
@@ -231,9 +232,9 @@ mod tests {
     #[test]
     fn no_cell_of_a_table_is_a_formula() {
         let mut table = InertCsv::new(["name", "=1"]).unwrap();
-        table.row(["=HYPERLINK(\"x\";\"+y\")", "a;-b"]).unwrap();
+        table.row(["=HYPERLINK(\"x\";\"+y\")", "a;-b\u{202e}"]).unwrap();
         let text = String::from_utf8(table.bytes().unwrap()).unwrap();
-        assert_eq!(text, "name,'=1\n\"'=HYPERLINK(\"\"x\"\";\"\"'+y\"\")\",a;'-b\n");
+        assert_eq!(text, "name,'=1\n\"'=HYPERLINK(\"\"x\"\";\"\"'+y\"\")\",a;'-b�\n");
     }
 
     #[test]

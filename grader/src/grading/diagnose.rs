@@ -3,11 +3,13 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use diagnosis::findings::{self, Findings, JudgedScene, Outcome};
+use sandbox::NotKept;
 
 use super::judge::Judged;
 use super::refusal::says_why;
 use crate::compare::Criteria;
-use crate::verdict::{Failure, Verdict};
+use crate::suite::NoTrace;
+use crate::verdict::{Failure, FormFault, Lack, RunEnd, RunFailure, Skipped, Verdict};
 
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
 pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
@@ -25,8 +27,8 @@ pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
     for (Judged { result, .. }, found) in judged.iter_mut().zip(found) {
         result.diagnosis = found.diagnosis;
         if let Some(words) = found.lacks {
-            result.comparison.verdict =
-                Verdict::Fail(Failure::NotImplemented { detail: words.into(), lacks: None });
+            let lack = Lack::LeftOut { words };
+            result.comparison.verdict = Verdict::Fail(Failure::NotImplemented(lack));
         }
     }
     findings
@@ -45,10 +47,7 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
     JudgedScene {
         name: &case.id,
         scene: &case.scene,
-        outcome: match comparison.other_time_step {
-            Some(step) => Outcome::OtherTimes(step),
-            None => outcome(&comparison.verdict),
-        },
+        outcome: outcome(&comparison.verdict),
         first_wrong: comparison.first_wrong.as_ref().map(|first| findings::FirstWrong {
             step: first.place.step,
             particle: first.place.particle,
@@ -63,23 +62,31 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
 }
 
 fn outcome(verdict: &Verdict) -> Outcome {
-    let failure = match verdict {
-        Verdict::Pass => return Outcome::Passed,
-        Verdict::GraderFault(_) => return Outcome::NotJudged,
-        Verdict::Fail(failure) => failure,
-    };
+    match verdict {
+        Verdict::Pass => Outcome::Passed,
+        Verdict::GraderFault(_) => Outcome::NotJudged,
+        Verdict::Fail(failure) => outcome_of_failure(failure),
+    }
+}
+
+fn outcome_of_failure(failure: &Failure) -> Outcome {
     match failure {
         // Altered scenes are run after the diagnosis.
-        Failure::NotRun { .. } | Failure::FailsAltered { .. } => Outcome::NotJudged,
-        Failure::BuildFailed { .. } | Failure::BadHandIn { .. } => Outcome::NotBuilt,
-        Failure::NotImplemented { lacks, .. } => Outcome::Refused(lacks.clone()),
-        Failure::Missing { .. } => Outcome::Missing,
-        failure @ Failure::Crashed { .. } if says_why(failure) => Outcome::Refused(None),
-        Failure::Crashed { .. } | Failure::TooManyProcesses { .. } => Outcome::Crashed,
-        Failure::TimedOut { .. } => Outcome::TimedOut,
-        Failure::OutOfMemory { .. } => Outcome::OutOfMemory,
-        Failure::NoOutput { .. } => Outcome::NoTrace,
-        Failure::TooMuchOutput { .. } => Outcome::TooMuchOutput,
+        Failure::FailsAltered { .. } => Outcome::NotJudged,
+        Failure::BuildFailed(_) | Failure::BadHandIn { .. } => Outcome::NotBuilt,
+        Failure::NotImplemented(Lack::Refused { name, .. }) => Outcome::Refused(name.clone()),
+        Failure::NotImplemented(Lack::LeftOut { .. }) => Outcome::Refused(None),
+        Failure::NoTrace(NoTrace::Missing { .. }) => Outcome::Missing,
+        Failure::NoTrace(NoTrace::Several { .. }) | Failure::Unreadable { .. } => Outcome::NoTrace,
+        Failure::Run(run) if says_why(run) => Outcome::Refused(None),
+        Failure::Run(RunFailure { end, .. }) => outcome_of_run(end),
+        Failure::Skipped(Skipped::Crashes { last, .. }) => outcome_of_failure(last),
+        Failure::GaveUp { .. } => Outcome::Crashed,
+        Failure::Skipped(Skipped::TimeOuts { .. } | Skipped::Features { .. }) => Outcome::TimedOut,
+        Failure::NotGreeted(failures) => outcome_of_failure(failures.telling()),
+        Failure::Malformed { fault: FormFault::Time { state: 1, found, .. }, .. } => {
+            Outcome::OtherTimes(*found)
+        }
         Failure::Malformed { .. } => Outcome::Malformed,
         Failure::NotFinite { place, .. } => Outcome::NotFinite(place.step),
         Failure::TooShort { states, expected } => {
@@ -87,5 +94,23 @@ fn outcome(verdict: &Verdict) -> Outcome {
         }
         Failure::TooLong { .. } => Outcome::TooLong,
         Failure::Differs | Failure::Drifts { .. } => Outcome::Differs,
+    }
+}
+
+fn outcome_of_run(end: &RunEnd) -> Outcome {
+    match end {
+        RunEnd::Budget(_) => Outcome::NotJudged,
+        RunEnd::Exited(_)
+        | RunEnd::Killed(_)
+        | RunEnd::NotStarted { .. }
+        | RunEnd::Processes(_) => Outcome::Crashed,
+        RunEnd::Processor(_) | RunEnd::Wall(_) => Outcome::TimedOut,
+        RunEnd::Memory(_) => Outcome::OutOfMemory,
+        RunEnd::NoTrace { reason: NotKept::TooLarge(_), .. }
+        | RunEnd::Folder(_)
+        | RunEnd::Stdout(_)
+        | RunEnd::Stderr(_)
+        | RunEnd::Files(_) => Outcome::TooMuchOutput,
+        RunEnd::NoTrace { .. } => Outcome::NoTrace,
     }
 }

@@ -5,9 +5,8 @@
 //! ("springforce.cpp:12: index out of range") is a crash.
 
 use crate::boundary::printed::RawUse;
-use crate::submission::program::exit_status;
 use crate::suite::Case;
-use crate::verdict::Failure;
+use crate::verdict::{Failure, Lack, RunEnd, RunFailure};
 
 /// The exit code of a program that lacks a feature.
 const NOT_IMPLEMENTED: i32 = 77;
@@ -41,11 +40,12 @@ const UNCAUGHT: [&str; 5] = ["traceback", "panicked", "terminate called", "asser
 
 /// The failure of a program that says that it lacks a feature of the scene, in the place of a crash or of no trace.
 pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
-    let (Failure::Crashed { detail } | Failure::NoOutput { detail }) = &failure else {
+    let Failure::Run(run) = &failure else { return failure };
+    if !(failure.is_crash() || failure.is_without_trace()) {
         return failure;
-    };
-    let Some(status) = exit_status(detail) else { return failure };
-    let lines = || detail.raw(RawUse::Comparison).lines().map(str::to_lowercase);
+    }
+    let Some(status) = run.end.exit_status() else { return failure };
+    let lines = || run.output.text.raw(RawUse::Comparison).lines().map(str::to_lowercase);
     let refused = lines().filter(|line| REFUSALS.iter().any(|word| line.contains(word)));
     let refused: Vec<String> = refused.collect();
     let named =
@@ -54,26 +54,21 @@ pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
         return failure;
     }
     // Without a refusal, a name alone is enough where the exit code says the rest.
-    let named =
+    let name =
         named.or_else(|| names(case).into_iter().find(|name| lines().any(|l| has_word(&l, name))));
-    let detail = match &named {
-        Some(name) => format!("the program does not offer {name}: {}", detail.text()),
-        None => format!("the program does not offer this scene: {}", detail.text()),
-    };
-    Failure::NotImplemented { detail: detail.into(), lacks: named }
+    Failure::NotImplemented(Lack::Refused { name, failure: run.clone() })
 }
 
 /// Whether a program ended by itself, with an exit status and a reason in words, not with the report of an error that
 /// nothing caught.
-pub(super) fn says_why(failure: &Failure) -> bool {
-    let Failure::Crashed { detail } = failure else { return false };
-    let Some(status) = exit_status(detail) else { return false };
-    let text = detail.raw(RawUse::Comparison).to_lowercase();
+pub(super) fn says_why(run: &RunFailure) -> bool {
+    let RunEnd::Exited(status) = run.end else { return false };
+    let text = run.output.text.raw(RawUse::Comparison).to_lowercase();
     let has = |words: &[&str]| words.iter().any(|word| text.contains(word));
-    status < SIGNALS && (has(&REFUSALS) || has(&REASONS)) && !has(&UNCAUGHT)
+    (1..SIGNALS).contains(&status) && (has(&REFUSALS) || has(&REASONS)) && !has(&UNCAUGHT)
 }
 
-/// What a scene needs, by the names that a message may use: its integrator, its forces, its format.
+/// Features of a scene by the names that a message may use: its integrator, its forces, its format.
 fn names(case: &Case) -> Vec<String> {
     let scene = &case.scene;
     let aliases = scene.integrator.aliases.iter().copied();
@@ -108,17 +103,19 @@ fn has_word(line: &str, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::verdict::LastOutput;
 
     #[test]
     fn a_program_that_says_why_it_ends_refuses() {
-        let says = |detail: &str| says_why(&Failure::Crashed { detail: detail.to_owned().into() });
-        assert!(says("ended with exit status 1; it printed:\ncannot do this yet"));
-        assert!(!says("ended with exit status 1"));
-        assert!(!says("ended with exit status 139; it printed:\nnot implemented"));
-        assert!(!says("killed by SIGABRT; it printed:\nnot implemented"));
-        assert!(!says(
-            "ended with exit status 1; it printed:\nTraceback (most recent call last):\nKeyError: cannot"
-        ));
+        let says = |end: RunEnd, text: &str| {
+            let output = LastOutput { text: text.to_owned().into(), misses_file: false };
+            says_why(&RunFailure { end, output })
+        };
+        assert!(says(RunEnd::Exited(1), "cannot do this yet"));
+        assert!(!says(RunEnd::Exited(1), ""));
+        assert!(!says(RunEnd::Exited(139), "not implemented"));
+        assert!(!says(RunEnd::Killed(6), "not implemented"));
+        assert!(!says(RunEnd::Exited(1), "Traceback (most recent call last):\nKeyError: cannot"));
     }
 
     #[test]

@@ -73,7 +73,9 @@ pub enum HandInError {
         path: String,
     },
     /// Folders are nested too deeply.
-    #[error("{path}: folders are nested more than {MAX_DEPTH} deep")]
+    #[error(
+        "{path}: folders are nested more than {MAX_DEPTH} deep\n  help: hand in fewer folders inside each other"
+    )]
     TooDeep {
         /// The folder that exceeds the limit.
         path: String,

@@ -1,7 +1,8 @@
 //! The doors of students' files: the table of docs/protection.md, the fuzz targets, and that there is no other way in.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::PathBuf;
 
 use grader::boundary::door::{Door, Limit};
 use test_support::{assert_document, root};
@@ -64,34 +65,64 @@ const OPENING: [&str; 6] = [
     "grader/src/submission/init/springs.rs",
 ];
 
+/// Ways to open a file for reading.
+const WAYS: [&str; 8] = [
+    "fs::read(",
+    "fs::read_to_string(",
+    "fs::open(",
+    "File::open(",
+    "File::options(",
+    ".read(true)",
+    "openat(",
+    "from_path(",
+];
+
 #[test]
 fn untrusted_files_are_opened_only_through_doors() {
-    let mut folders =
-        ["grader/src", "grader/report/src", "grader/platforms/src", "grader/grade/src"]
-            .map(|folder| root().join(folder))
-            .to_vec();
-    let mut found = Vec::new();
+    let folders = ["grader/src", "grader/report/src", "grader/platforms/src", "grader/grade/src"];
+    let opens = |code: &String| WAYS.iter().any(|way| code.contains(way));
+    let found: Vec<String> = sources(&folders)
+        .into_iter()
+        .filter(|(_, code)| opens(code))
+        .map(|(name, _)| name)
+        .collect();
+    assert_eq!(found, OPENING, "read it by grader::boundary::door or grader::boundary::own_file");
+}
+
+/// Folders of the modules that see hand-ins.
+const OF_HAND_INS: [&str; 4] = [
+    "grader/src/class",
+    "grader/src/creative",
+    "grader/src/submission",
+    "grader/grade/src/commands/class",
+];
+
+#[test]
+fn modules_of_hand_ins_read_as_their_own_only_what_is_signed() {
+    for (name, code) in sources(&OF_HAND_INS) {
+        let is_signed = code.contains("boundary::seal");
+        assert!(is_signed || !code.contains("own_file"), "{name}: read it by a door");
+    }
+}
+
+/// The code of the sources in these folders, without tests, by the names of the files.
+fn sources(folders: &[&str]) -> BTreeMap<String, String> {
+    let mut folders: Vec<PathBuf> = folders.iter().map(|folder| root().join(folder)).collect();
+    let mut found = BTreeMap::new();
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|extension| extension == "rs") {
-                found.extend(openings(&path));
+                let text = fs::read_to_string(&path).unwrap();
+                let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
+                let name = path.strip_prefix(root()).unwrap().display().to_string();
+                found.insert(name, code.to_owned());
             }
         }
     }
-    found.sort();
-    assert_eq!(found, OPENING, "read it by grader::boundary::door or grader::boundary::own_file");
-}
-
-/// The file, if its code opens files.
-fn openings(path: &Path) -> Option<String> {
-    let text = fs::read_to_string(path).unwrap();
-    let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
-    let ways = ["fs::read(", "fs::read_to_string(", "File::open(", "openat("];
-    let name = path.strip_prefix(root()).unwrap().display().to_string();
-    ways.iter().any(|way| code.contains(way)).then_some(name)
+    found
 }
 
 #[test]

@@ -580,6 +580,41 @@ fn exports_of_gradescope() {
 }
 
 #[test]
+fn a_link_among_submissions_of_gradescope_is_named() {
+    let project = Project::new();
+    make(&project, &GRADESCOPE[..1]);
+    let link = project.path("class/export/submission_102");
+    symlink("/etc", link).unwrap();
+    let run = project.class(&[]);
+    assert!(run.stderr.contains("Gradescope's export, 1 students"), "{}", run.stderr);
+    let lines: Vec<&str> =
+        run.stdout.lines().filter(|line| line.contains("submission_102")).collect();
+    assert_eq!(lines, ["  skipped: submission_102: it is a link, or neither a file nor a folder"]);
+}
+
+#[test]
+fn metadata_of_gradescope_come_through_a_door() {
+    let project = Project::new();
+    make(&project, &GRADESCOPE[..1]);
+    let path = project.path("class/export/submission_metadata.yml");
+    let message = || {
+        let run = project.class(&[]);
+        assert_eq!(run.code, 2, "{}", run.stdout);
+        run.stderr
+    };
+    fs::write(&path, "submission_101: {}\nsubmission_101: {}\n").unwrap();
+    let twice = message();
+    assert!(
+        twice.contains("submission_metadata.yml:2: the key submission_101 stands twice"),
+        "{twice}"
+    );
+    fs::write(&path, [0xff]).unwrap();
+    assert!(message().contains("is not text in UTF-8\n  help: "), "{}", message());
+    fs::File::create(&path).unwrap().set_len((512 << 20) + 1).unwrap();
+    assert!(message().contains("is larger than 512 MiB\n  help: "), "{}", message());
+}
+
+#[test]
 fn downloads_of_moodle() {
     check(MOODLE, "hand-ins: Moodle's download, 7 students", &[]);
 }

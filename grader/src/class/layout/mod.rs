@@ -13,8 +13,8 @@
 //! | moodle | `First Last_N_assignsubmission_file_`: folders, or files with their name at the end |
 //! | github | clones `ASSIGNMENT-LOGIN`, each with `.git` |
 //!
-//! The content of a folder is that of the layout which more than half of its entries fit. If all lies in one folder in it, that
-//! folder is meant. Students choose the names of their files, and not what stands before them.
+//! The content of a folder has the layout that more of its entries fit than not. Links and the like do not count. If all lies in
+//! one folder in it, that folder is meant. Students choose the names of their files, and not what stands before them.
 
 mod arrange;
 mod canvas;
@@ -30,7 +30,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use self::arrange::{Arranged, HandInFacts, Person, assign, table};
+pub use self::gradescope::parse as parse_export;
 use super::entry::PassedOver;
+use crate::boundary::door::DoorError;
 use crate::boundary::printed;
 use crate::submission::hand_in::HandInError;
 use crate::submission::received::is_left_behind;
@@ -61,6 +63,14 @@ pub enum LayoutError {
         path: PathBuf,
         /// Why.
         source: io::Error,
+    },
+    /// The file of a platform does not come through its door.
+    #[error("{}: {error}", path.display())]
+    Closed {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: DoorError,
     },
     /// The file of a platform says nothing that can be understood.
     #[error("{}:{line}: {message}\n  help: download it again, or grade with --layout flat", path.display())]
@@ -206,7 +216,9 @@ impl ClassFolder {
         for layout in Layout::ALL {
             let reading = layout.read(self, true)?;
             let fitting: usize = reading.hand_ins.iter().map(|found| found.parts.len()).sum();
-            if layout == Layout::Flat || 2 * fitting > self.entries.len() {
+            let is_entry = |name: &str| self.entries.iter().any(|entry| entry.name == name);
+            let others = reading.rest.iter().filter(|other| is_entry(&other.name)).count();
+            if layout == Layout::Flat || fitting > others {
                 return Ok((layout, reading));
             }
         }

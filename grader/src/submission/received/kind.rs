@@ -1,5 +1,7 @@
 //! What a file is, by its first bytes.
 
+use std::path::Path;
+
 /// Number of bytes that tell.
 pub(crate) const HEAD: u64 = 512;
 
@@ -44,6 +46,13 @@ impl Archive {
             Self::Zstandard => "a Zstandard file",
         }
     }
+}
+
+/// Whether the name is that of an archive or a compressed file.
+pub(crate) fn is_name_of_archive(path: &Path) -> bool {
+    const EXTENSIONS: [&str; 9] = ["zip", "tar", "gz", "tgz", "7z", "rar", "xz", "bz2", "zst"];
+    let extension = path.extension().unwrap_or_default();
+    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
 impl FileKind {

@@ -24,7 +24,7 @@ use super::hand_in::{HandIn, HandInError, WalkStep};
 use crate::boundary::door::Door;
 use crate::boundary::printed;
 use crate::suite::Suite;
-use kind::{FileKind, HEAD};
+use kind::{FileKind, HEAD, is_name_of_archive};
 use scene::trace::TraceFormat;
 pub use unpack::{serve, unpack_bytes};
 
@@ -122,13 +122,11 @@ impl Located {
     /// # Errors
     /// If it cannot be read or unpacked.
     pub fn of(path: &Path, suite: Option<&Suite>, sandbox: &Sandbox) -> Result<Self, ReceiveError> {
-        let mut received = None;
         match Form::of(path)? {
             Form::Folder if super::folder::is_submission(path) => {
-                return Ok(Self::Manifest { folder: path.to_path_buf(), received });
+                return Ok(Self::Manifest { folder: path.to_path_buf(), received: None });
             }
-            Form::Folder => {}
-            Form::Archive => received = Some(Received::open(path, sandbox)?),
+            Form::Folder | Form::Archive => {}
             Form::Foreign(system) => return Ok(Self::Foreign(system)),
             Form::Program | Form::File => {
                 let is_executable = fs::metadata(path).is_ok_and(|metadata| {
@@ -137,15 +135,10 @@ impl Located {
                 return Ok(if is_executable { Self::Program } else { Self::NotExecutable });
             }
         }
-        let mut files = list_files(received.as_ref().map_or(path, Received::folder))?;
-        if let ([only], None) = (&files[..], &received)
-            && Form::of(&path.join(only))? == Form::Archive
-        {
-            let opened = received.insert(Received::open(path, sandbox)?);
-            files = opened.files()?;
-        }
+        let archive = archive(path)?;
+        let received = archive.map(|_| Received::open(path, sandbox)).transpose()?;
         let top = received.as_ref().map_or(path, Received::folder).to_path_buf();
-        match manifest_folder(&files) {
+        match manifest_folder(&list_files(&top)?) {
             Ok(Some(below)) => return Ok(Self::Manifest { folder: top.join(below), received }),
             Ok(None) => {}
             Err(message) => return Ok(Self::Ambiguous(message)),
@@ -171,19 +164,7 @@ impl Received {
     pub fn open(path: &Path, sandbox: &Sandbox) -> Result<Self, ReceiveError> {
         let scratch = scratch_folder().map_err(SandboxError::no_scratch)?;
         let folder = scratch.path().join("received");
-        let mut archive = None;
-        match Form::of(path)? {
-            Form::Archive => archive = Some(path.to_path_buf()),
-            Form::Folder => {
-                if let [only] = &list_files(path)?[..]
-                    && Form::of(&path.join(only))? == Form::Archive
-                {
-                    archive = Some(path.join(only));
-                }
-            }
-            Form::Program | Form::File | Form::Foreign(_) => {}
-        }
-        if let Some(archive) = archive {
+        if let Some(archive) = archive(path)? {
             unpack::unpack(&archive, &folder, sandbox)?;
         } else if path.is_dir() {
             HandIn::open(path)?.copy_to(&folder)?;
@@ -206,6 +187,27 @@ impl Received {
     /// If they exceed a limit.
     pub fn files(&self) -> Result<Vec<PathBuf>, HandInError> {
         list_files(&self.folder)
+    }
+}
+
+/// The archive that a hand-in is, or that is the only file of its folder.
+///
+/// # Errors
+/// If it cannot be read, or is an archive by its name alone.
+fn archive(path: &Path) -> Result<Option<PathBuf>, ReceiveError> {
+    let file = match Form::of(path)? {
+        Form::Folder => match &list_files(path)?[..] {
+            [only] => path.join(only),
+            _ => return Ok(None),
+        },
+        _ => path.to_path_buf(),
+    };
+    if Form::of(&file)? == Form::Archive {
+        return Ok(Some(file));
+    }
+    match is_name_of_archive(&file) {
+        true => Err(ReceiveError::NotUnpacked(unpack::not_an_archive(&file).to_string())),
+        false => Ok(None),
     }
 }
 

@@ -20,7 +20,7 @@ use sandbox::scratch::scratch_folder;
 use sandbox::{End, Exceeded, Job, Keep, Limits, Sandbox, SandboxError};
 use tar::EntryType;
 
-use super::kind::{Archive, FileKind, HEAD};
+use super::kind::{Archive, FileKind, HEAD, is_name_of_archive};
 use super::{ReceiveError, is_junk};
 use crate::boundary::door::{Door, windows_1252};
 use crate::boundary::printed;
@@ -83,7 +83,7 @@ pub(super) fn unpack(path: &Path, to: &Path, sandbox: &Sandbox) -> Result<(), Re
     match &outcome.end {
         End::Exited(0) => match &outcome.kept {
             Ok(()) => Ok(()),
-            Err(reason) => refused(format!("what the archive holds {reason}")),
+            Err(reason) => refused(format!("the archive {reason}")),
         },
         // It says itself what is wrong.
         End::Exited(1) => refused(printed::tail(&outcome.stderr)),
@@ -115,10 +115,9 @@ fn unpack_here() -> io::Result<()> {
     let mut next = Some(PathBuf::from(ARCHIVE));
     for _ in 0..MAX_NESTED {
         let Some(path) = next else { return Ok(()) };
-        let bytes = Door::Archive.bytes(&path).map_err(|error| {
-            let help = "help: hand in sources, without the products of a build";
-            io::Error::other(format!("the archive {error}\n  {help}"))
-        })?;
+        let bytes = Door::Archive
+            .bytes(&path)
+            .map_err(|error| io::Error::other(format!("the archive {error}")))?;
         fs::remove_file(&path)?;
         let into = path.parent().unwrap_or(Path::new("")).to_path_buf();
         unpack_bytes(&bytes, &into)?;
@@ -146,7 +145,11 @@ fn only_archive(folder: &Path) -> io::Result<Option<PathBuf>> {
     }
     let Some(path) = found else { return Ok(None) };
     let head = Door::Archive.head(&path, HEAD).map_err(io::Error::other)?;
-    Ok(matches!(FileKind::of(&head), FileKind::Archive(_)).then_some(path))
+    match FileKind::of(&head) {
+        FileKind::Archive(_) => Ok(Some(path)),
+        _ if is_name_of_archive(&path) => Err(not_an_archive(&path)),
+        _ => Ok(None),
+    }
 }
 
 /// Writes what archives hold to a folder.
@@ -239,7 +242,7 @@ impl Unpacked<'_> {
 
     fn make(&mut self, path: &Path) -> io::Result<()> {
         self.count(0)?;
-        fs::create_dir_all(self.folder.join(path)).map_err(|error| about(path, &error))
+        fs::create_dir_all(self.folder.join(path)).map_err(|error| not_written(path, &error))
     }
 
     /// Writes a new file. It can be executed if the archive says so; since Windows does not record that, also if it is a
@@ -252,13 +255,11 @@ impl Unpacked<'_> {
     ) -> io::Result<()> {
         self.count(0)?;
         let target = self.folder.join(path);
-        let failed = |error: io::Error| match error.kind() {
-            io::ErrorKind::AlreadyExists => {
-                about(path, &io::Error::other("stands in the archive twice"))
-            }
-            _ => about(path, &error),
-        };
-        fs::create_dir_all(target.parent().unwrap_or(self.folder)).map_err(failed)?;
+        let failed = |error: io::Error| not_written(path, &error);
+        fs::create_dir_all(target.parent().unwrap_or(self.folder)).map_err(|error| {
+            let is_file = error.kind() == io::ErrorKind::AlreadyExists;
+            if is_file { about(path, "is below a file") } else { failed(error) }
+        })?;
         let mut file =
             OpenOptions::new().write(true).create_new(true).open(target).map_err(failed)?;
         let mut buffer = [0; 1 << 16];
@@ -299,15 +300,15 @@ fn path_of(name: &[u8]) -> io::Result<Option<PathBuf>> {
     let name = name.replace('\\', "/");
     let parts: Vec<&str> =
         name.split('/').filter(|part| !part.is_empty() && *part != ".").collect();
-    let leads_out = name.starts_with('/')
-        || name.as_bytes().get(1) == Some(&b':')
-        || parts.contains(&"..")
-        || name.contains('\0');
-    if leads_out {
-        return Err(io::Error::other(format!(
-            "{} leads out of the archive\n  help: make the archive from the folder that is handed in",
-            printed::path(name.as_bytes())
-        )));
+    let leads_out =
+        name.starts_with('/') || name.as_bytes().get(1) == Some(&b':') || parts.contains(&"..");
+    let wrong = match () {
+        () if name.contains('\0') => Some("has a zero byte in its name"),
+        () if leads_out => Some("leads out of the archive"),
+        () => None,
+    };
+    if let Some(wrong) = wrong {
+        return Err(about(Path::new(&name), wrong));
     }
     if parts.is_empty() || parts.iter().any(|part| is_junk(part.as_bytes())) {
         return Ok(None);
@@ -328,7 +329,28 @@ fn damaged(error: impl std::fmt::Display) -> io::Error {
     ))
 }
 
-fn about(path: &Path, error: &io::Error) -> io::Error {
+/// A file that is an archive by its name alone.
+pub(super) fn not_an_archive(path: &Path) -> io::Error {
+    let name = printed::path(path.file_name().unwrap_or_default().as_encoded_bytes());
+    io::Error::other(format!(
+        "{name} has the name of an archive, and is none\n  help: make it again, and hand it in"
+    ))
+}
+
+/// Why an entry cannot be written.
+fn not_written(path: &Path, error: &io::Error) -> io::Error {
+    match error.kind() {
+        io::ErrorKind::AlreadyExists => about(path, "stands in the archive twice"),
+        io::ErrorKind::NotADirectory => about(path, "is below a file"),
+        io::ErrorKind::InvalidFilename => about(path, "has a name that is too long"),
+        _ => about(path, &format!("cannot be written: {error}")),
+    }
+}
+
+/// What is wrong with an entry.
+fn about(path: &Path, wrong: &str) -> io::Error {
     let path = printed::path(path.as_os_str().as_encoded_bytes());
-    io::Error::other(format!("{path}: {error}"))
+    io::Error::other(format!(
+        "{path} {wrong}\n  help: make the archive from the folder that is handed in"
+    ))
 }

@@ -170,7 +170,7 @@ fn single_precision_input_is_distinguished_from_rounded_output() {
 /// Whether some scenes are chosen: half of them, whatever is in them.
 fn is_chosen(scene: &Scene) -> bool {
     let sum: f64 = scene.particles.iter().map(|particle| particle.position[0].abs()).sum();
-    (sum * 1e4).round() as u64 % 2 == 0
+    ((sum * 1e4).round() as u64).is_multiple_of(2)
 }
 
 /// The states with an error that no change makes.

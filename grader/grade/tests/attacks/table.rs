@@ -431,6 +431,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
         Nothing,
         REFUSED_OR_COUNTED,
     )
+    .limits(&["wall=60"])
     .measured(),
     Attack::new("pages in a chain of forks", "chain_of_pages", Nothing, OUT_OF_MEMORY),
     Attack::new("mappings in a chain of forks", "chain_of_mappings", Nothing, REFUSED_OR_COUNTED)

@@ -7,7 +7,7 @@ use grader::grading::hidden::HiddenSuite;
 use grader::grading::{AssignmentName, Checks, Grader, Grading};
 use grader::oracle::Oracle;
 use grader::pack::{self, Pack};
-use grader::rubric::Rubric;
+use grader::rubric::{PackRule, Rubric};
 use grader::suite::assignment::{self, ALL, Assignment, AssignmentError};
 use grader::suite::{Case, Section, Suite};
 use scene::ParseOptions;
@@ -166,10 +166,6 @@ impl SuiteArgs {
             // core.
             None => Some((rayon::current_num_threads() * 3).div_ceil(2)),
         };
-        if reading.pack.is_none() && !self.pack.starter.is_empty() {
-            let message = "--starter names the starter code of a pack, or of --similar\n  help: name the pack with --pack";
-            return Err(Stop::bad_input(message));
-        }
         let pack =
             reading.pack.map(|named| self.root.pack(named, self.pack.starter()?)).transpose()?;
         let Folders { assets, extra_credit, expected } = self.folders_of(pack.as_ref())?;
@@ -188,6 +184,17 @@ impl SuiteArgs {
             None => Rubric::default(),
         };
         let assignments = assets.join(assignment::FOLDER);
+        let pack = match (pack, rubric.pack()) {
+            (None, Some(PackRule { folder, starter })) if reading.narrows => {
+                let starter = self.pack.starter()?.or(starter.as_deref());
+                Some(Pack::open(folder, starter).map_err(Stop::bad_input)?)
+            }
+            (pack, _) => pack,
+        };
+        if pack.is_none() && reading.narrows && !self.pack.starter.is_empty() {
+            let message = "--starter names the starter code of a pack, or of --similar\n  help: name the pack with --pack";
+            return Err(Stop::bad_input(message));
+        }
         let mut assignment = None;
         if reading.narrows {
             let of_pack = pack.as_ref().and_then(|pack| pack.assignment.as_deref());
@@ -229,7 +236,7 @@ impl SuiteArgs {
     }
 
     /// The folders of the scenes and the oracle: those of the pack, if it has scenes.
-    fn folders_of(&self, pack: Option<&Pack>) -> Result<Folders, Stop> {
+    pub(super) fn folders_of(&self, pack: Option<&Pack>) -> Result<Folders, Stop> {
         let own = pack.map(Pack::folder).filter(|folder| folder.join("assets").is_dir());
         match own {
             Some(folder) if self.assets.is_none() && self.root.root.is_none() => Ok(Folders {

@@ -89,7 +89,7 @@ pub struct Passed<'a> {
     pub other_root: OtherRoot,
 }
 
-/// What altered copies say about passed scenes, if they do not confirm all of them.
+/// Evidence of altered copies against passed scenes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Copied {
     /// Number of shipped scenes that the program passed.
@@ -118,10 +118,7 @@ impl Copied {
     pub fn failure(&self, scene: &str) -> Option<Failure> {
         let Withdrawn { terms, .. } =
             self.withdrawn.iter().find(|withdrawn| withdrawn.scene == scene)?;
-        let detail = format!(
-            "the trace agrees with the oracle's, but the program fails on every altered copy of scenes with {terms}"
-        );
-        Some(Failure::FailsAltered { detail })
+        Some(Failure::FailsAltered { terms: terms.clone() })
     }
 }
 

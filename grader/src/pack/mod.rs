@@ -227,6 +227,8 @@ pub struct Pack {
     /// Whether a hand-in's own `submission.toml` counts.
     submission_toml: bool,
     patterns: Vec<Pattern>,
+    /// The starter code, if the manifest has some: the first of the layers.
+    has_starter: bool,
     needs: Vec<PathBuf>,
     /// The starter code, then the pack's own files.
     layers: Vec<Layer>,
@@ -394,6 +396,7 @@ impl Pack {
             points: file.points,
             submission_toml: file.submission_toml,
             patterns,
+            has_starter: file.starter.is_some(),
             needs: file.hand_in.needs.into_iter().map(|need| need.into_inner().into()).collect(),
             layers,
             recipe: Recipe { build, run: run.into_inner(), format: file.run.format },
@@ -423,6 +426,22 @@ impl Pack {
     /// The programs whose verdicts are known.
     pub fn examples(&self) -> &[Example] {
         &self.examples
+    }
+
+    /// The folder of the starter code, and the files that are laid from it; `None` if the manifest has none.
+    pub fn starter(&self) -> Option<(&Path, &[PathBuf])> {
+        let layer = self.layers.first().filter(|_| self.has_starter)?;
+        Some((&layer.folder, &layer.files))
+    }
+
+    /// The names of the files that are taken from a hand-in, without their folders: those that it needs, and patterns of those
+    /// that it may have.
+    pub fn file_names(&self) -> (BTreeSet<String>, BTreeSet<String>) {
+        let name = |need: &PathBuf| Some(need.file_name()?.to_str()?.to_owned());
+        let needed: BTreeSet<String> = self.needs.iter().filter_map(name).collect();
+        let names = self.patterns.iter().map(|pattern| pattern.name().to_owned());
+        let others = names.filter(|name| !needed.contains(name)).collect();
+        (needed, others)
     }
 
     /// Writes what a student starts from: the project without a hand-in.
@@ -455,7 +474,7 @@ impl Pack {
             Ok(Built::Program(program)) => Ok(Submission::Program(program)),
             Ok(Built::Failed { name, failure }) => Ok(Submission::Unusable { name, failure }),
             Err(Unbuilt::Refused(detail)) => {
-                let failure = Failure::BadHandIn { detail: detail.into() };
+                let failure = Failure::BadHandIn { reason: detail.into() };
                 Ok(Submission::Unusable { name, failure })
             }
             Err(Unbuilt::Fault(detail)) => Err(NotBuilt(detail)),
@@ -485,7 +504,13 @@ impl Pack {
         }
         let known = self.layers.iter().flat_map(|layer| &layer.files);
         let known: BTreeSet<PathBuf> = known.chain(&self.needs).cloned().collect();
-        let taken = take(&files, &self.patterns, &known)?;
+        let taken = match (&files[..], &self.patterns[..]) {
+            ([only], [pattern]) if path.is_file() && only.file_name() == path.file_name() => {
+                Taken::only(only, pattern)
+            }
+            _ => None,
+        };
+        let taken = taken.map_or_else(|| take(&files, &self.patterns, &known), Ok)?;
         if let Some(missing) = self.needs.iter().find(|need| !taken.files.contains_key(*need)) {
             return Err(Unbuilt::Refused(format!(
                 "{} is missing\n  help: hand it in with the other files",

@@ -38,6 +38,11 @@ impl Pattern {
         matches(&self.0, &names)
     }
 
+    /// The pattern of the file's name.
+    pub(crate) fn name(&self) -> &str {
+        self.0.last().map_or("", |name| name)
+    }
+
     /// The folders that it begins with, as far as they have no wildcard.
     fn folders(&self) -> &[String] {
         let folders = &self.0[..self.0.len() - 1];
@@ -64,6 +69,19 @@ pub(crate) struct Taken {
     pub(crate) place: PathBuf,
     /// Each file, by its path in the project: its path in the hand-in.
     pub(crate) files: BTreeMap<PathBuf, PathBuf>,
+}
+
+impl Taken {
+    /// The only file of a hand-in, for a pack that takes one file: it may have another name, such as the student's, with the
+    /// same extension.
+    pub(crate) fn only(file: &Path, pattern: &Pattern) -> Option<Self> {
+        let target: PathBuf = pattern.0.iter().collect();
+        let is_one = !target.to_string_lossy().contains(['*', '?']);
+        (is_one && file.extension() == target.extension()).then(|| Self {
+            place: PathBuf::new(),
+            files: BTreeMap::from([(target, file.to_path_buf())]),
+        })
+    }
 }
 
 /// Why nothing is taken.

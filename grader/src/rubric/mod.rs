@@ -24,6 +24,10 @@
 //! largest = 1e-9
 //! weight = 2             # counts as two scenes of its feature
 //!
+//! [pack]                 # hand-ins are sources that a course pack builds
+//! folder = "packs/functions-python"    # relative to this file
+//! starter = "../starter" # its starter code, in the place of the pack's own; optional
+//!
 //! [hidden]               # there are hidden scenes; both keys are optional
 //! folder = "../hidden"   # relative to this file; if it does not exist, hidden scenes are not run
 //! scenes = 12            # number of hidden scenes
@@ -69,6 +73,8 @@
 //! A scene's tolerance comes from its own entry, else from its feature's entry, else from the calibration stored with
 //! the oracle (unless the course's criteria are chosen), else from the default.
 
+mod bounded;
+
 pub mod creative;
 pub mod late;
 
@@ -85,6 +91,7 @@ use crate::compare::{Calibrated, Criteria, Tolerances};
 use crate::suite::assignment::Assignment;
 use crate::suite::{Case, Feature, Section, Suite, line_and_column};
 use crate::verdict::number;
+use bounded::bounded;
 use creative::CreativeRule;
 use late::{LateRule, PlatformRule};
 use sandbox::{Limits, Protection};
@@ -108,6 +115,7 @@ pub struct Rubric {
     limits: Vec<(String, f64)>,
     build_limits: Vec<(String, f64)>,
     hidden: Option<HiddenRule>,
+    pack: Option<PackRule>,
     faults: FaultPoints,
     breaker: Breaker,
     late: LateRule,
@@ -127,6 +135,16 @@ pub struct HiddenRule {
     pub folder: Option<PathBuf>,
     /// Their number.
     pub scenes: Option<NonZeroUsize>,
+}
+
+/// The course pack that builds hand-ins, `[pack]`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PackRule {
+    /// Its folder or archive.
+    pub folder: PathBuf,
+    /// The folder of the starter code, in the place of the pack's own.
+    pub starter: Option<PathBuf>,
 }
 
 /// A rubric that cannot be used.
@@ -149,7 +167,7 @@ pub enum RubricError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The fault.
         message: String,
     },
     /// An entry matches nothing that is graded.
@@ -177,6 +195,7 @@ struct RubricFile {
     #[serde(default, rename = "build-limits")]
     build_limits: BTreeMap<String, Spanned<f64>>,
     hidden: Option<HiddenRule>,
+    pack: Option<PackRule>,
     #[serde(default)]
     faults: FaultsTable,
     #[serde(default)]
@@ -193,7 +212,7 @@ struct RubricFile {
     protection: ProtectionTable,
 }
 
-/// What is accepted in a class, `[class]`.
+/// Hand-ins accepted in a class, `[class]`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClassRule {
@@ -334,49 +353,19 @@ enum SectionName {
     ExtraCredit,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(try_from = "f64")]
-struct Positive(f64);
-
-impl TryFrom<f64> for Positive {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = value.is_finite() && value > 0.0;
-        valid
-            .then_some(Self(value))
-            .ok_or_else(|| format!("a tolerance is above 0, not {}", number(value)))
-    }
+bounded! {
+    struct Positive, |value| value.is_finite() && value > 0.0,
+    "a tolerance is above 0, not {}", number(value)
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(try_from = "f64")]
-struct Points(f64);
-
-impl TryFrom<f64> for Points {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = (0.0..=MOST).contains(&value);
-        valid
-            .then_some(Self(value))
-            .ok_or_else(|| format!("points are from 0 to {MOST:e}, not {}", number(value)))
-    }
+bounded! {
+    struct Points, |value| (0.0..=MOST).contains(&value),
+    "points are from 0 to {MOST:e}, not {}", number(value)
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(try_from = "f64")]
-struct SceneWeight(f64);
-
-impl TryFrom<f64> for SceneWeight {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = value > 0.0 && value <= MOST;
-        valid.then_some(Self(value)).ok_or_else(|| {
-            format!("a weight is above 0 and at most {MOST:e}, not {}", number(value))
-        })
-    }
+bounded! {
+    struct SceneWeight, |value| value > 0.0 && value <= MOST,
+    "a weight is above 0 and at most {MOST:e}, not {}", number(value)
 }
 
 impl Rubric {
@@ -403,7 +392,9 @@ impl Rubric {
             let start = error.span().map_or(0, |span| span.start);
             invalid(start, error.message().to_owned())
         })?;
-        let RubricFile { default, feature, scene, limits, build_limits, mut hidden, .. } = file;
+        let RubricFile {
+            default, feature, scene, limits, build_limits, mut hidden, mut pack, ..
+        } = file;
         let protection = |name: Spanned<String>| {
             let known = || Protection::ALL.into_iter().chain([Protection::ClosedFolders]);
             known().find(|known| known.name() == name.as_ref()).ok_or_else(|| {
@@ -452,14 +443,20 @@ impl Rubric {
         let plain = |limits: BTreeMap<String, Spanned<f64>>| {
             limits.into_iter().map(|(name, value)| (name, value.into_inner())).collect()
         };
-        if let Some(folder) = hidden.as_mut().and_then(|hidden| hidden.folder.as_mut()) {
+        let below = |folder: &mut PathBuf| {
             *folder = path.parent().unwrap_or(Path::new("")).join(&folder);
+        };
+        hidden.as_mut().and_then(|hidden| hidden.folder.as_mut()).map(below);
+        if let Some(PackRule { folder, starter }) = &mut pack {
+            below(folder);
+            starter.as_mut().map(below);
         }
         Ok(Self {
             assignment_name: file.assignment,
             assignment: None,
             default,
             hidden,
+            pack,
             faults: file.faults.points,
             breaker: file.breaker,
             late: file.late,
@@ -586,7 +583,7 @@ impl Rubric {
         self.platform
     }
 
-    /// What is accepted in a class.
+    /// Hand-ins accepted in a class.
     pub fn class(&self) -> ClassRule {
         self.class
     }
@@ -637,6 +634,11 @@ impl Rubric {
     /// The section on hidden scenes; `None` if there is none.
     pub fn hidden(&self) -> Option<&HiddenRule> {
         self.hidden.as_ref()
+    }
+
+    /// The course pack that builds hand-ins, with paths seen from the current folder.
+    pub fn pack(&self) -> Option<&PackRule> {
+        self.pack.as_ref()
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use grader::boundary::own_file;
+use grader::pack;
 use grader::suite::Section;
 use platforms::archive;
 use platforms::bundle::{self, Platform};
@@ -59,7 +60,7 @@ impl ExportCommand {
     }
 }
 
-/// What a platform grades.
+/// Scenes that a platform grades.
 #[derive(Args)]
 struct ContentArgs {
     /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]
@@ -122,8 +123,8 @@ pub(crate) struct PrairielearnArgs {
     image: String,
 
     /// File that students hand in, or a pattern of files that they may hand in, such as '*.h' (repeatable); folders cannot be
-    /// uploaded
-    #[arg(long, value_name = "NAME", default_values = ["submission.toml", "simulate.cpp"], value_parser = parse_pattern)]
+    /// uploaded [default: those of the pack, else submission.toml and simulate.cpp]
+    #[arg(long, value_name = "NAME", value_parser = parse_pattern)]
     file: Vec<String>,
 
     /// A grade for x86-64 Linux with glibc 2.35 or older, or static [default: this program]
@@ -236,11 +237,6 @@ fn is_file_name(text: &str) -> bool {
 impl ContentArgs {
     /// Reads what a package contains; every scene in it can be judged.
     fn read(&self) -> Result<Inputs, Stop> {
-        if self.suite.pack.pack.is_some() {
-            let message = "packages hold no course packs, and a platform would grade without this one\n  help: grade its \
-                           downloads with `grade class --pack`";
-            return Err(Stop::bad_input(message));
-        }
         let inputs = self.suite.read_for(&Judging {
             hidden: self.hidden.as_deref(),
             assignment: self.assignment.as_deref(),
@@ -264,9 +260,10 @@ impl GradescopeArgs {
             seconds: self.seconds,
         };
         let mut files = export::files(program, &settings).map_err(Stop::fault)?;
-        add_suite(&mut files, "suite/", &self.content.content.suite, (&inputs, Traces::All))?;
+        let suite = &self.content.content.suite;
+        add_suite(&mut files, "suite/", suite, (&inputs, Traces::All))?;
         if is_source {
-            add_source(&mut files, &self.content.content.suite)?;
+            add_source(&mut files, suite)?;
         }
         let unwritable = Stop::about(&self.output);
         let mut out = OutputFile::create(&self.output).map_err(&unwritable)?;
@@ -329,7 +326,7 @@ impl PrairielearnArgs {
             uuid: uuid_of(&name),
             assignment: name,
             image: self.image.clone(),
-            files: self.file.clone(),
+            files: self.files(&inputs),
             hidden: inputs.hidden.is_some(),
             packages: self.content.package.clone(),
             seconds: self.seconds,
@@ -355,6 +352,20 @@ impl PrairielearnArgs {
     }
 }
 
+impl PrairielearnArgs {
+    /// The files that students hand in, and patterns of others.
+    fn files(&self, inputs: &Inputs) -> Vec<String> {
+        match (self.file.as_slice(), &inputs.pack) {
+            ([], None) => ["submission.toml", "simulate.cpp"].map(str::to_owned).into(),
+            ([], Some(pack)) => {
+                let (needed, others) = pack.file_names();
+                needed.into_iter().chain(others).collect()
+            }
+            (named, _) => named.to_vec(),
+        }
+    }
+}
+
 impl BundleArgs {
     /// Writes the folder of a platform that runs a script beside grade and the suite.
     fn run(&self, platform: Platform) -> Result<Exit, Stop> {
@@ -362,6 +373,11 @@ impl BundleArgs {
         if platform.is_public {
             self.content
                 .keep_hidden_out(&inputs, "whoever finds the address of the bundle can read it")?;
+            if inputs.pack.as_ref().is_some_and(|pack| pack.starter().is_some()) {
+                let message =
+                    "whoever finds the address of the bundle can read the starter code in it";
+                complain("warning", message);
+            }
         }
         let program = built_program(self.program.as_deref())?;
         let name = inputs.assignment_name();
@@ -391,6 +407,12 @@ impl BundleArgs {
 impl PipelineArgs {
     /// Writes the pipeline of a template repository.
     fn run(&self, host: Host) -> Result<Exit, Stop> {
+        if self.content.suite.pack.pack.is_some() {
+            return Err(Stop::bad_input(
+                "a pipeline grades with the scenes of its repository, not with a pack of this machine\n  help: name the pack \
+                 in the rubric of that repository, under [pack]",
+            ));
+        }
         let inputs = self.content.read()?;
         self.content
             .keep_hidden_out(&inputs, "students can edit the pipeline, and read what it reads")?;
@@ -507,6 +529,9 @@ fn built_program(named: Option<&Path>) -> Result<Vec<u8>, Stop> {
     }
 }
 
+/// Name of the rubric, beside the scenes.
+const RUBRIC: &str = "rubric.toml";
+
 /// The traces of the oracle in a package.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Traces {
@@ -523,11 +548,11 @@ fn add_suite(
     suite: &SuiteArgs,
     (inputs, traces): (&Inputs, Traces),
 ) -> Result<(), Stop> {
-    let Folders { assets, extra_credit, expected } = suite.folders()?;
+    let Folders { assets, extra_credit, expected } = suite.folders_of(inputs.pack.as_ref())?;
     let mut add = |folder: &Path, name: &str, is_kept: &dyn Fn(&str) -> bool| {
         add_folder(files, folder, &format!("{prefix}{name}/"), is_kept).map_err(Stop::bad_input)
     };
-    add(&assets, "assets", &|path| path != "rubric.toml")?;
+    add(&assets, "assets", &|path| ![RUBRIC, pack::FOLDER].contains(&path))?;
     if let Some(folder) = extra_credit.filter(|folder| folder.is_dir()) {
         add(&folder, "extracreditassets", &|_| true)?;
     }
@@ -544,18 +569,48 @@ fn add_suite(
         let is_part = |path: &str| parts.iter().any(|part| path.split('/').next() == Some(part));
         add(hidden, "hidden", &is_part)?;
     }
-    if let Some(path) = &inputs.rubric_path {
-        let mut text = own_file::text(path).map_err(Stop::about(path))?;
-        // The package has them in its own place, and its readers need no path of this machine.
-        if let Some(folder) = inputs.rubric.hidden().and_then(|hidden| hidden.folder.as_ref()) {
-            let folder = folder.display();
-            for written in [format!("\"{folder}\""), format!("'{folder}'")] {
-                text = text.replace(&written, "\"../hidden\"");
-            }
+    if let Some(pack) = &inputs.pack {
+        let parts = ["assets", "extracreditassets", "expected", "hidden", RUBRIC];
+        let starter = pack.starter();
+        let is_elsewhere = |path: &str| {
+            let path = pack.folder().join(path);
+            let is_example = pack.examples().iter().any(|example| path == example.folder);
+            is_example || starter.is_some_and(|(folder, _)| path == folder)
+        };
+        add(pack.folder(), "pack", &|path| !parts.contains(&path) && !is_elsewhere(path))?;
+        if let Some((folder, laid)) = starter {
+            let is_kept = |path: &str| laid.iter().any(|file| file.starts_with(path));
+            add(folder, "starter", &is_kept)?;
         }
-        files.push(PackageFile::data(format!("{prefix}assets/rubric.toml"), text.into_bytes()));
+    }
+    if let Some(text) = package_rubric(inputs)? {
+        files.push(PackageFile::data(format!("{prefix}assets/{RUBRIC}"), text.into_bytes()));
     }
     Ok(())
+}
+
+/// The rubric of a package, which has hidden scenes and pack in their own places: its readers need no path of this machine.
+fn package_rubric(inputs: &Inputs) -> Result<Option<String>, Stop> {
+    let text = match &inputs.rubric_path {
+        Some(path) => Some(own_file::text(path).map_err(Stop::about(path))?),
+        None => None,
+    };
+    let moves_hidden = inputs.rubric.hidden().is_some_and(|hidden| hidden.folder.is_some());
+    if !moves_hidden && inputs.pack.is_none() {
+        return Ok(text);
+    }
+    let mut table: toml::Table =
+        toml::from_str(text.as_deref().unwrap_or("")).map_err(Stop::fault)?;
+    if moves_hidden && let Some(toml::Value::Table(hidden)) = table.get_mut("hidden") {
+        hidden.insert("folder".to_owned(), "../hidden".into());
+    }
+    if let Some(pack) = &inputs.pack {
+        let starter = pack.starter().map(|_| ("starter", "../starter"));
+        let keys = [("folder", "../pack")].into_iter().chain(starter);
+        let keys: toml::Table = keys.map(|(key, value)| (key.to_owned(), value.into())).collect();
+        table.insert("pack".to_owned(), keys.into());
+    }
+    toml::to_string(&table).map(Some).map_err(Stop::fault)
 }
 
 /// Adds the source of this program, which is in the folder of the scenes.

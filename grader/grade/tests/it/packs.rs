@@ -26,7 +26,7 @@ fn rows(folder: &Folder) -> BTreeMap<String, (String, String)> {
     rows.collect()
 }
 
-/// What Python makes of a script in a folder.
+/// Output of a Python script in a folder.
 fn python(folder: &Path, script: &str) {
     let mut child = Command::new("python3")
         .current_dir(folder)
@@ -550,10 +550,85 @@ fn every_form_of_a_hand_in_is_graded_or_named() {
     }
 }
 
+/// A package for a platform has the pack and its starter code, but not the examples, and grades as the pack does.
+#[needs("test -x /usr/bin/python3")]
 #[test]
-fn packages_for_platforms_refuse_a_pack() {
-    let run =
-        grade(root(), &["export", "gradescope", "--pack", "functions-python", "-o", "/dev/null"]);
+fn packages_for_platforms_hold_the_pack() {
+    let folder = Folder::new();
+    small_pack(&folder);
+    let starter = "\n[starter]\nfolder = \"../start\"\nfiles = [\"driver.py\"]\n";
+    append(&folder, starter);
+    fs::create_dir(folder.path("start")).unwrap();
+    fs::rename(folder.path("pack/project/driver.py"), folder.path("start/driver.py")).unwrap();
+    folder.write("start/solution.py", "secret");
+    let export = |platform: &str, options: &[&str]| {
+        let named = ["export", platform, "--pack", "pack", "-o", platform];
+        grade(&folder.path("."), &[&named, options].concat())
+    };
+    let run = export("gradescope", &["--program", "/bin/true"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("points of the assignment to 4\n"), "{}", run.stderr);
+    python(
+        &folder.path("."),
+        "import zipfile\nzipfile.ZipFile('gradescope').extractall('package')",
+    );
+    let suite = folder.path("package/suite");
+    assert!(suite.join("pack/pack.toml").is_file() && suite.join("starter/driver.py").is_file());
+    for left_out in ["pack/examples", "pack/assets", "starter/solution.py", "assets/packs"] {
+        assert!(!suite.join(left_out).exists(), "{left_out}");
+    }
+    let submission = |example: &str| {
+        let own = folder.path("pack/examples").join(example).join("forces.py");
+        fs::create_dir_all(folder.path("package/submission")).unwrap();
+        fs::copy(own, folder.path("package/submission/forces.py")).unwrap();
+        // As the package's script runs it.
+        let run = grade(
+            &folder.path("package"),
+            &["submission", "--root", "suite", "--assignment", "t1m2", "--format", "json"],
+        );
+        let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        (run.code, report["required"]["points_earned"].to_string())
+    };
+    assert_eq!(submission("right"), (0, "4.0".to_owned()));
+    assert_eq!(submission("spring-pulls-wrong-way").0, 1);
+
+    let run = export("prairielearn", &["--program", "/bin/true", "--image", "course/oracle"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let question = "prairielearn/questions/spring-oracle-t1m2/question.html";
+    assert!(folder.read(question).contains("<pl-file-upload file-names=\"forces.py\">"));
+
+    let run = export("classroom50", &["--program", "/bin/true"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stderr.contains("can read the starter code"), "{}", run.stderr);
+
+    let run = export("github", &["--repository", "course/oracle"]);
     assert_eq!(run.code, 2, "{}", run.stdout);
-    assert!(run.stderr.contains("packages hold no course packs"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("name the pack in the rubric of that repository"),
+        "{}",
+        run.stderr
+    );
+}
+
+/// The rubric names the pack, for all who grade with its scenes.
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn rubric_names_the_pack() {
+    let folder = Folder::new();
+    small_pack(&folder);
+    for name in ["assets", "expected"] {
+        fs::rename(folder.path("pack").join(name), folder.path(name)).unwrap();
+    }
+    folder.write("assets/rubric.toml", "[pack]\nfolder = \"../pack\"\n");
+    let here = folder.path(".");
+    let run = grade(&here, &["pack/examples/right/forces.py", "--root", "."]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    fs::create_dir(folder.path("class")).unwrap();
+    fs::copy(folder.path("pack/examples/right/forces.py"), folder.path("class/ada.py")).unwrap();
+    let run = grade(&here, &["class", "class", "-o", "out", "--root", "."]);
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
+    folder.write("assets/rubric.toml", "[pack]\nfolder = \"pack\"\n");
+    let run = grade(&here, &["pack/examples/right/forces.py", "--root", "."]);
+    assert_eq!(run.code, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("assets/pack: no pack"), "{}", run.stderr);
 }

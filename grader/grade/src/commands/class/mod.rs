@@ -302,9 +302,11 @@ fn grade(
     let arranged = arrange(folder, output, layout, args)?;
     let own = output.join(HAND_INS);
     let folder = if arranged.is_some() { own.as_path() } else { folder };
-    let listed = entry::list(folder, args.suite.pack.pack.is_some());
+    let also: Vec<_> = arranged.iter().flat_map(|it| it.passed_over.clone()).collect();
+    let class = Class::open((folder, arranged), output, args)?;
+    let listed = entry::list(folder, class.inputs.pack.is_some());
     let (entries, mut passed_over) = listed.map_err(Stop::about(folder))?;
-    passed_over.extend(arranged.iter().flat_map(|arranged| arranged.passed_over.clone()));
+    passed_over.extend(also);
     if entries.is_empty() {
         return Err(Stop::bad_input(format!(
             "{}: no submissions found\n  help: put programs, folders with submission.toml or archives of them there; with \
@@ -312,7 +314,6 @@ fn grade(
             folder.display()
         )));
     }
-    let class = Class::open((folder, arranged), output, args)?;
     class.roster(&entries.iter().map(|entry| &*entry.name).collect::<Vec<_>>())?;
     let plan = class.plan(entries, passed_over)?;
     let path = output.join(PLAN);

@@ -101,7 +101,7 @@ impl<'a> Class<'a> {
         let fingerprint = fingerprint.map_err(Stop::fault)?;
         let provenance = provenance(&inputs, &oracle, options(&args.judge, &args.run, true), None)?;
         let marks = marks(args, submissions, &inputs)?;
-        let adjustments = adjustments(args, submissions, arranged.as_ref())?;
+        let adjustments = adjustments(args, submissions, (&inputs, arranged.as_ref()))?;
         let interrupt = Interrupt::listen()?;
         let progress = Progress::new(!args.judge.no_progress, interrupt);
         Ok(Self {
@@ -197,7 +197,7 @@ impl<'a> Class<'a> {
     pub(super) fn kept_runs(&self, plan: &Plan, name: &str) -> Result<Option<Arc<KeptRuns>>, Stop> {
         let mut program = self.running.clone();
         program.part(format!("{:?}", self.protections).as_bytes());
-        // What cannot be read is not run.
+        // Unreadable hand-ins are not run.
         if !self.args.graded.keep_runs || program.submission(&self.folder.join(name)).is_err() {
             return Ok(None);
         }
@@ -292,10 +292,10 @@ fn marks(args: &ClassArgs, folder: &Path, inputs: &Inputs) -> Result<Option<Mark
 fn adjustments(
     args: &ClassArgs,
     folder: &Path,
-    arranged: Option<&Arranged>,
+    (inputs, arranged): (&Inputs, Option<&Arranged>),
 ) -> Result<Adjustments, Stop> {
     let Some(path) = &args.graded.adjustments else { return Ok(Adjustments::new()) };
-    let listed = entry::list(folder, args.suite.pack.pack.is_some());
+    let listed = entry::list(folder, inputs.pack.is_some());
     let (entries, _) = listed.map_err(Stop::about(folder))?;
     let submissions: Vec<&str> = entries.iter().map(|entry| &*entry.name).collect();
     let roster = args.gradebook.roster.as_deref().map(Roster::load).transpose();

@@ -126,9 +126,10 @@ impl Subject for Changed {
 
     fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Result<Jacobians, Degenerate> {
         let mut jacobians = self.inner.jacobians(&self.stretched(x), &self.stretched(v), time)?;
+        let size = x.len();
         for matrix in [&mut jacobians.by_position, &mut jacobians.by_velocity] {
             for (row, column) in
-                (0..matrix.nrows()).flat_map(|i| (0..matrix.ncols()).map(move |j| (i, j)))
+                (0..size).flat_map(|row| (0..size).map(move |column| (row, column)))
             {
                 matrix[(row, column)] *= self.factors[1] * self.factor(row) * self.factor(column);
             }

@@ -1,4 +1,4 @@
-//! What grading a whole suite costs. See README.md beside this file.
+//! Cost of grading a whole suite. See README.md in this folder.
 
 #[path = "../../simulator/benches/harness/mod.rs"]
 mod harness;

@@ -1,4 +1,4 @@
-//! What comparing two traces costs, beside pandas, numpy and numdiff. See README.md beside this file.
+//! Cost of comparing two traces, against pandas, numpy and numdiff. See README.md in this folder.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};

@@ -1,8 +1,14 @@
 //! Verdict on one scene: a pass, or one named failure.
 
+mod failure;
+mod run;
+
 use std::fmt;
 
-use crate::boundary::printed::{self, Untrusted};
+use crate::boundary::printed;
+
+pub use failure::{BuildFailure, Conserved, Drift, Failure, FormFault, Lack, NotGreeted, Skipped};
+pub use run::{LastOutput, RunEnd, RunFailure};
 
 /// The outcome of one scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +24,7 @@ pub enum Verdict {
 impl Verdict {
     /// Whether the submission lacks what the scene needs.
     pub fn is_lack(&self) -> bool {
-        matches!(self, Self::Fail(Failure::NotImplemented { .. }))
+        matches!(self, Self::Fail(Failure::NotImplemented(_)))
     }
 
     /// The stable machine-readable name, in lower case.
@@ -42,158 +48,6 @@ impl fmt::Display for Verdict {
             Self::Pass => write!(f, "agrees with the oracle"),
             Self::Fail(failure) => failure.fmt(f),
             Self::GraderFault(fault) => fault.fmt(f),
-        }
-    }
-}
-
-/// How a submission failed on a scene. The form of a trace is judged before its numbers.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Failure {
-    /// The files of the submission cannot be read, or are too many or too large.
-    #[error("{}", detail.text())]
-    BadHandIn {
-        /// Which, and why.
-        detail: Untrusted,
-    },
-    /// The program lacks a feature of the scene: it says so, or its trace is what follows without it.
-    #[error("{}", detail.text())]
-    NotImplemented {
-        /// What the program said, or what is left out.
-        detail: Untrusted,
-        /// The integrator, force or format that the program named; `None` if it named none.
-        lacks: Option<String>,
-    },
-    /// A folder of traces has none of this scene.
-    #[error("{}", detail.text())]
-    Missing {
-        /// The expected path.
-        detail: Untrusted,
-    },
-    /// The trace is missing, or there are several.
-    #[error("{}", detail.text())]
-    NoOutput {
-        /// The expected path, or the paths.
-        detail: Untrusted,
-    },
-    /// The simulator failed.
-    #[error("{}", detail.text())]
-    Crashed {
-        /// The exit status or signal, and the program's output.
-        detail: Untrusted,
-    },
-    /// The build failed, so that there is no program.
-    #[error("{}", detail.text())]
-    BuildFailed {
-        /// The exit status or signal, and the build's output.
-        detail: Untrusted,
-    },
-    /// A program exceeded its time limit.
-    #[error("{}", detail.text())]
-    TimedOut {
-        /// The limit.
-        detail: Untrusted,
-    },
-    /// The hand-in used its budget of time before this scene.
-    #[error("{}", detail.text())]
-    NotRun {
-        /// The budget.
-        detail: Untrusted,
-    },
-    /// A program exceeded its memory limit.
-    #[error("{}", detail.text())]
-    OutOfMemory {
-        /// The limit.
-        detail: Untrusted,
-    },
-    /// A program exceeded an output limit.
-    #[error("{}", detail.text())]
-    TooMuchOutput {
-        /// The output and its limit.
-        detail: Untrusted,
-    },
-    /// A program exceeded its limit of processes.
-    #[error("{}", detail.text())]
-    TooManyProcesses {
-        /// The limit.
-        detail: Untrusted,
-    },
-    /// The trace is not in its format.
-    #[error("{}", detail.text())]
-    Malformed {
-        /// The place and the fault.
-        detail: Untrusted,
-    },
-    /// The trace holds an infinity or a NaN.
-    #[error("{}{value} in the trace: {place}", printed::text(&prefix(location.as_ref())))]
-    NotFinite {
-        /// The file and the place in it, where the trace is a file.
-        location: Option<String>,
-        /// The number's place.
-        place: Place,
-        /// The number.
-        value: f64,
-    },
-    /// The trace ends early.
-    #[error("the trace ends after {states} of {expected} states")]
-    TooShort {
-        /// States it holds.
-        states: u64,
-        /// States it should hold.
-        expected: u64,
-    },
-    /// The trace continues after the last state.
-    #[error("the trace has more than {expected} states")]
-    TooLong {
-        /// States it should hold.
-        expected: u64,
-    },
-    /// The states agree up to the prediction horizon, but a step is wrong by itself, or the energy or the momentum beyond it.
-    #[error("{}", detail.text())]
-    Drifts {
-        /// The step and the error.
-        detail: Untrusted,
-    },
-    /// The trace is right, but the program fails on altered copies of the scene.
-    #[error("{}", printed::text(detail))]
-    FailsAltered {
-        /// What it does not show.
-        detail: String,
-    },
-    /// The numbers are out of tolerance.
-    #[error("the trace differs from the oracle's")]
-    Differs,
-}
-
-impl Failure {
-    /// Whether it is about the numbers of a trace, which findings explain.
-    pub fn has_numbers(&self) -> bool {
-        matches!(self, Self::Differs | Self::Drifts { .. } | Self::FailsAltered { .. })
-    }
-
-    /// The name of a hand-in whose files cannot be graded.
-    pub const BAD_HAND_IN: &str = "bad-hand-in";
-
-    /// The failure's name.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::BadHandIn { .. } => Self::BAD_HAND_IN,
-            Self::NotImplemented { .. } => "not-implemented",
-            Self::Missing { .. } => "missing",
-            Self::NoOutput { .. } => "no-output",
-            Self::Crashed { .. } => "crashed",
-            Self::BuildFailed { .. } => "build-failed",
-            Self::TimedOut { .. } => "timed-out",
-            Self::NotRun { .. } => "not-run",
-            Self::OutOfMemory { .. } => "out-of-memory",
-            Self::TooMuchOutput { .. } => "too-much-output",
-            Self::TooManyProcesses { .. } => "too-many-processes",
-            Self::Malformed { .. } => "malformed",
-            Self::NotFinite { .. } => "not-finite",
-            Self::TooShort { .. } => "too-short",
-            Self::TooLong { .. } => "too-long",
-            Self::Drifts { .. } => "drifts",
-            Self::FailsAltered { .. } => "fails-altered",
-            Self::Differs => "differs",
         }
     }
 }
@@ -253,11 +107,6 @@ impl Fault {
     }
 }
 
-/// `location` as a prefix of a message.
-pub(crate) fn prefix(location: Option<&String>) -> String {
-    location.map(|location| format!("{location}: ")).unwrap_or_default()
-}
-
 /// A number in its shortest unambiguous notation: 1e308 is not written with 309 digits.
 pub fn number(value: f64) -> String {
     // Rust's `Display` notation has all digits.
@@ -315,7 +164,13 @@ impl fmt::Display for Place {
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
+    use scene::trace::TraceFault;
+
     use super::*;
+    use crate::boundary::printed::Untrusted;
+    use crate::suite::NoTrace;
 
     #[test]
     fn numbers_are_short_and_read_back_the_same() {
@@ -329,27 +184,44 @@ mod tests {
 
     #[test]
     fn no_message_contains_terminal_control_or_invalid_xml() {
-        let detail = || Untrusted::from("a\u{1b}[2J\u{fffe}\u{b}\nb");
-        let expected = "a\u{fffd}[2J\u{fffd}\u{fffd}\nb";
+        let eve = || Untrusted::from("a\u{1b}[2J\u{fffe}\u{b}\nb");
+        let text = || eve().raw(printed::RawUse::Part).to_owned();
+        let run = || {
+            let output = LastOutput { text: eve(), misses_file: false };
+            RunFailure { end: RunEnd::Exited(1), output }
+        };
+        let path = PathBuf::from(text());
+        let fault = TraceFault::NotANumber { column: "x0".to_owned(), text: text() };
         for failure in [
-            Failure::BadHandIn { detail: detail() },
-            Failure::NotImplemented { detail: detail(), lacks: None },
-            Failure::Missing { detail: detail() },
-            Failure::NoOutput { detail: detail() },
-            Failure::Crashed { detail: detail() },
-            Failure::BuildFailed { detail: detail() },
-            Failure::TimedOut { detail: detail() },
-            Failure::NotRun { detail: detail() },
-            Failure::OutOfMemory { detail: detail() },
-            Failure::TooMuchOutput { detail: detail() },
-            Failure::TooManyProcesses { detail: detail() },
-            Failure::Malformed { detail: detail() },
+            Failure::BadHandIn { reason: eve() },
+            Failure::NotImplemented(Lack::Refused { name: None, failure: run() }),
+            Failure::NotImplemented(Lack::LeftOut { words: text() }),
+            Failure::NoTrace(NoTrace::Missing { stem: path.clone(), other_case: Some(path) }),
+            Failure::Unreadable { reason: eve() },
+            run().into(),
+            RunFailure {
+                end: RunEnd::NotStarted { program: eve(), error: eve() },
+                output: LastOutput::default(),
+            }
+            .into(),
+            Failure::GaveUp { reason: eve() },
+            Failure::NotGreeted(Box::new(NotGreeted {
+                program: text(),
+                fosssim: run().into(),
+                plain: run().into(),
+            })),
+            Failure::Skipped(Skipped::Crashes { count: 3, last: Box::new(run().into()) }),
+            Failure::BuildFailed(BuildFailure::Run(run())),
+            Failure::Malformed { location: Some(text()), fault: FormFault::Content(fault) },
+            Failure::FailsAltered { terms: text() },
         ] {
-            assert_eq!(failure.to_string(), expected, "{}", failure.name());
+            let message = failure.to_string();
+            assert!(!message.chars().any(|c| c != '\n' && printed::steers(c)), "{message:?}");
+            assert!(
+                message.contains("a\u{fffd}[2J\u{fffd}\u{fffd}\nb") || message.contains("\\u{1b}"),
+                "{message:?}"
+            );
         }
-        assert_eq!(
-            Fault::NotRun { detail: detail().raw(printed::RawUse::Part).to_owned() }.to_string(),
-            expected
-        );
+        assert_eq!(Fault::NotRun { detail: text() }.to_string(), eve().text());
     }
 }

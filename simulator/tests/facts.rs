@@ -141,7 +141,7 @@ fn on_masses(scene: &Scene, masses: [f64; N]) -> Vec<f64> {
 }
 
 #[test]
-fn a_force_depends_on_masses_as_it_says() {
+fn mass_dependence_matches_the_schema() {
     for kind in FORCES {
         let scene = scene(&kind.schema, kind.schema.parts.len() - 1);
         let here = on_masses(&scene, MASSES);
@@ -179,7 +179,7 @@ fn a_force_without_its_parts_is_zero() {
 }
 
 #[test]
-fn forces_conserve_the_momenta_that_they_say() {
+fn forces_conserve_their_declared_momenta() {
     for kind in FORCES {
         let schema = &kind.schema;
         let scene = scene(schema, schema.parts.len() - 1);
@@ -275,7 +275,7 @@ fn jacobian_bits(force: &dyn Force<2>, state: State<'_>) -> Vec<u64> {
 }
 
 #[test]
-fn jacobians_are_constant_where_a_force_says_so_and_nowhere_else() {
+fn constant_jacobians_match_their_declaration() {
     let mut found = Vec::new();
     for kind in FORCES {
         let mut scenes = vec![scene(&kind.schema, kind.schema.parts.len() - 1)];

@@ -1,4 +1,4 @@
-//! What must hold of any bytes that are handed to a parser of scenes or a reader of traces.
+//! Properties of parsers of scenes and readers of traces, for any bytes.
 //!
 //! The fuzzers call these, and `simulator/tests/it/fuzz_seeds.rs` does with the inputs that they found.
 
@@ -18,7 +18,7 @@ use tempfile::TempDir;
 /// The largest scene that is simulated, in particles and in forces.
 const LARGEST: usize = 12;
 
-/// The most iterations a step may be told to make in a scene that is simulated.
+/// Upper bound of the iterations per step in a simulated scene.
 const MAX_ITERATIONS: u64 = 100;
 
 /// Scenes in XML.
@@ -132,7 +132,7 @@ fn shape(bytes: &[u8]) -> Option<(Shape, &[u8])> {
     Some((Shape { dimension, n_particles: 1 + usize::from(first >> 1 & 7) }, rest))
 }
 
-/// What becomes of a trace: bits of its states, and the message that ends it.
+/// A trace as read: the bits of its states, and the message that ends it.
 #[derive(Debug, PartialEq)]
 struct Outcome {
     states: Vec<[Vec<u64>; 2]>,

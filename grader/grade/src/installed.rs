@@ -23,7 +23,7 @@ static PACK: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/suite"));
 /// Number of hexadecimal digits of the hash.
 const HASH: usize = 16;
 
-/// Number of attempts to put the folder in its place, beside other processes that do the same.
+/// Number of attempts to put the folder in its place, against concurrent processes.
 const ATTEMPTS: usize = 5;
 
 /// The folder in this process, once it was needed.

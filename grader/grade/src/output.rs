@@ -17,7 +17,7 @@ pub(super) fn put(bytes: &[u8], output: Option<&Path>) -> Result<(), Stop> {
     }
 }
 
-/// What `write` writes.
+/// Content that `write` writes.
 pub(super) fn written(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Result<Vec<u8>, Stop> {
     let mut bytes = Vec::new();
     write(&mut bytes).map_err(Stop::fault)?;

@@ -16,7 +16,7 @@ use crate::output::put;
 use crate::reports::{ReportArg, Shown};
 use crate::stop::{Exit, Stop, complain};
 
-/// What students read if the reason is not theirs.
+/// Message to students if the reason is not theirs.
 const FAULT: &str = "Your submission was not graded: the autograder has a fault, which is not yours. Your instructor can \
                      see the reason, and run it again.";
 

@@ -84,7 +84,7 @@ pub(super) struct Reports {
     details: usize,
 }
 
-/// What the reports show.
+/// Content of the reports.
 #[derive(Clone, Copy)]
 pub(super) struct Shown<'a> {
     pub(super) grading: &'a Grading,

@@ -57,7 +57,7 @@ pub(super) fn open_sandbox(unprotected: bool, rubric: &Rubric) -> Result<Sandbox
     check(&sandbox, rubric.required_protections())
         .map_err(|missing| Stop::bad_input(format!("{missing}{UNPROTECTED}")))?;
     let launcher = std::env::current_exe().map_err(Stop::fault)?;
-    // Where a run has a root of its own, this program is not in it.
+    // A separate root of a run does not contain this program.
     let is_shown = !sandbox.protections().contains(&Protection::Processes)
         && sandbox::revealed_by(&launcher, &[]).is_some()
         && sandbox.closed_part(&launcher).is_none();
@@ -114,7 +114,7 @@ pub(super) fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), St
 /// A submission, and, if it runs programs, the protections in force.
 type Opened = (Submission, Option<Vec<Protection>>);
 
-/// What a submission is opened with.
+/// Settings for opening a submission.
 #[derive(Clone, Copy)]
 pub(super) struct Opening<'a> {
     pub(super) run: &'a RunArgs,
@@ -126,7 +126,7 @@ pub(super) struct Opening<'a> {
     pub(super) assignment: Option<&'a str>,
 }
 
-/// Why a submission is not opened, beside its own defects that are its verdict.
+/// Why a submission is not opened, other than by defects that become its verdict.
 pub(super) enum NotOpened {
     /// Its folder says something invalid: wrong usage of those who wrote it, else a verdict.
     Invalid(String),
@@ -148,7 +148,7 @@ impl From<FolderError> for NotOpened {
 }
 
 impl Inputs {
-    /// What submissions of this run are opened with.
+    /// Settings for opening submissions of this run.
     pub(super) fn opening<'a>(&'a self, run: &'a RunArgs) -> Opening<'a> {
         Opening {
             run,
@@ -170,7 +170,7 @@ pub(super) fn open_path(
     let mut secrets = inputs.secrets();
     secrets.extend_from_slice(further);
     let (submission, protections) = open_program(path, inputs.opening(run), &secrets)?;
-    // What is not run needs no protection.
+    // No protection is needed without a run.
     let is_run = match &submission {
         Submission::Unusable { failure, .. } => !matches!(failure, Failure::BadHandIn { .. }),
         Submission::Traces { .. } => false,
@@ -199,8 +199,8 @@ pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Res
     check_readable(&runner, &absolute, inputs.opening(run), (&inputs.secrets(), &protections))?;
     match open_entry(path, &name, runner, inputs.opening(run)) {
         Submission::NotGraded { detail, .. } => Err(Stop::fault(detail)),
-        Submission::Unusable { name, failure: Failure::BadHandIn { detail } } => {
-            Ok((Submission::Unusable { name, failure: Failure::BadHandIn { detail } }, None))
+        Submission::Unusable { name, failure: Failure::BadHandIn { reason } } => {
+            Ok((Submission::Unusable { name, failure: Failure::BadHandIn { reason } }, None))
         }
         submission => Ok((submission, Some(protections))),
     }
@@ -278,7 +278,7 @@ fn open(
     opening: Opening<'_>,
 ) -> Result<Submission, NotOpened> {
     let unusable = |detail: String| {
-        let failure = Failure::BadHandIn { detail: detail.into() };
+        let failure = Failure::BadHandIn { reason: detail.into() };
         Ok(Submission::Unusable { name: name.clone(), failure })
     };
     let limits = opening.rubric.build_limits();
@@ -397,7 +397,7 @@ pub(super) fn open_entry(
     let name = Untrusted::from(name);
     let unusable = |detail: &str| Submission::Unusable {
         name: name.clone(),
-        failure: Failure::BadHandIn { detail: detail.into() },
+        failure: Failure::BadHandIn { reason: detail.into() },
     };
     match open(path, &name, runner, opening) {
         Ok(Submission::Traces { .. }) if !opening.rubric.class().traces => unusable(
@@ -433,7 +433,7 @@ pub(super) fn refused(name: Untrusted, error: &HandInError) -> Submission {
     if error.is_fault() {
         Submission::NotGraded { name, detail }
     } else {
-        Submission::Unusable { name, failure: Failure::BadHandIn { detail: detail.into() } }
+        Submission::Unusable { name, failure: Failure::BadHandIn { reason: detail.into() } }
     }
 }
 

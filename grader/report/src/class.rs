@@ -93,9 +93,9 @@ pub struct Summary<'a> {
     pub passed_over: &'a [PassedOver],
     /// The protections that were in force whenever a program ran.
     pub protections: &'a [Protection],
-    /// What all submissions were graded by.
+    /// The common provenance of all submissions.
     pub provenance: &'a Provenance,
-    /// Whose submissions they are, and what was written to gradebooks, a line each.
+    /// Origin of the submissions, and gradebooks written, a line each.
     pub remarks: &'a [String],
 }
 

@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_is_the_shortest_decimal_that_reads_back() {
+    fn numbers_are_shortest_round_trip_decimals() {
         for (value, text) in
             [(-0.15, "-0.15"), (1.0, "+1"), (0.1 + 0.2, "+0.30000000000000004"), (1e-7, "+1e-7")]
         {

@@ -2,6 +2,8 @@
 //!
 //! The schema is `docs/report.schema.json`. Non-finite numbers are `null`.
 
+mod failure;
+
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -21,6 +23,8 @@ use grader::grading::{
 use grader::rubric::FaultPoints;
 use grader::rubric::creative::CreativeCredit;
 use grader::suite::Section;
+
+use failure::JsonFailure;
 
 /// The report as JSON, with a newline at its end.
 ///
@@ -55,13 +59,13 @@ struct Report {
     repetition: Option<JsonRepetition>,
     /// Forces and Jacobians of the program, measured from single steps; null if not measured.
     probe: Option<JsonProbing>,
-    /// What altered copies of the scenes that the program passes do not confirm; null if they confirm all, or were not run.
+    /// Terms that altered copies of passed scenes do not confirm; null if they confirm all, or were not run.
     copied: Option<JsonCopied>,
-    /// What is wrong, in the order in which a student should read it; empty if nothing failed, or nothing is known.
+    /// Findings, in the order in which a student should read them; empty if nothing failed, or nothing is known.
     findings: Vec<JsonFinding>,
-    /// What an unfinished submission has, and what comes next; null if it lacks nothing.
+    /// Progress of an unfinished submission; null if it lacks nothing.
     progress: Option<JsonProgress>,
-    /// What positions tell of each task of the hand-out on fast mass-spring; empty unless all scenes are of that method.
+    /// Outcomes of the tasks of the hand-out on fast mass-spring, from positions; empty unless all scenes are of that method.
     tasks: Vec<JsonTask>,
     /// Sums over the required features.
     required: JsonTotals,
@@ -83,7 +87,7 @@ struct Report {
     jacobians: Vec<JsonJacobian>,
     /// Checks of the linear systems of implicit methods; empty as above.
     newton_systems: Vec<JsonNewton>,
-    /// What the report was made from; null if that is not known.
+    /// Provenance of the report; null if unknown.
     provenance: Option<JsonProvenance>,
 }
 
@@ -119,7 +123,7 @@ struct JsonCopied {
 struct JsonWithdrawn {
     /// The name of the scene.
     scene: String,
-    /// What the program does not show in altered copies.
+    /// The terms that the program does not show in altered copies.
     terms: String,
 }
 
@@ -216,7 +220,7 @@ struct JsonTask {
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonProgress {
-    /// What is implemented.
+    /// Implemented features.
     implemented: Vec<String>,
     /// The simplest thing that is not; null if there is none.
     next: Option<JsonNext>,
@@ -300,6 +304,8 @@ struct JsonScene {
     verdict: &'static str,
     /// The verdict in a sentence.
     message: String,
+    /// The facts of a failure; null for other verdicts.
+    failure: Option<JsonFailure>,
     /// Its weight among the scenes of its feature.
     weight: f64,
     /// Kind of tolerances used: "calibrated" or "fixed".
@@ -629,6 +635,7 @@ impl JsonScene {
             path: scene.path.clone(),
             verdict: verdict.name(),
             message: verdict.to_string(),
+            failure: JsonFailure::of(verdict),
             weight: scene.weight,
             criteria: scene.criteria.name(),
             tolerances,

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SCHEMA_VERSION;
 
-/// What the report was made from, and with which options. Hashes are SHA-256.
+/// Inputs and options of the report. Hashes are SHA-256.
 #[derive(Debug, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct JsonProvenance {
@@ -130,7 +130,7 @@ const NO_RESULTS: [&str; 7] = [
     "provenance",
 ];
 
-/// What [`JsonProvenance`] writes.
+/// Content of [`JsonProvenance`].
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredProvenance {
@@ -226,7 +226,7 @@ pub enum StoredError {
     /// It gives two results for the same scene or points.
     #[error("1: two results of {}; grade writes one", name.line())]
     Repeated {
-        /// What they are of.
+        /// The hashed input.
         name: Untrusted,
     },
 }

@@ -1,4 +1,4 @@
-//! What the sources of hand-ins share, as text and as CSV. It says what is shared and where; people judge.
+//! Shared parts of the sources of hand-ins and their places, as text and as CSV. People judge.
 
 use std::io::{self, Write};
 

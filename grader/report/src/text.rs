@@ -33,10 +33,10 @@ pub struct TextOptions {
     pub details: usize,
 }
 
-/// Who reads a report.
+/// Readers of a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Audience {
-    /// Whoever grades: also how programs were run.
+    /// Teachers: the report also says how programs were run.
     Graders,
     /// Students of a platform, who cannot change how programs are run.
     Students,
@@ -69,7 +69,7 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io:
     write_summary(out, grading, Audience::Graders)
 }
 
-/// What was measured of a program, if it offers any of it.
+/// Measurements of a program, if it offers any force.
 fn offered(grading: &Grading) -> Option<&Probing> {
     grading.probing.as_ref().filter(|probing| probing.counts().1 > 0)
 }

@@ -179,7 +179,7 @@ pub(super) fn serve() -> io::Result<()> {
 }
 
 fn holds(protection: Protection, targets: &Targets) -> bool {
-    // The keeper is process 1 only in a PID namespace of its own.
+    // The keeper is process 1 only in a new PID namespace.
     let alone = getppid() == Some(Pid::INIT);
     match protection {
         Protection::Files => {

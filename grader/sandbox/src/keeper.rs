@@ -111,7 +111,7 @@ fn follow(order: &Order, socket: &UnixStream) -> io::Result<()> {
     send(socket, &ended)
 }
 
-/// Sends a message on a line of its own.
+/// Sends a message as one line.
 pub(super) fn send(mut socket: &UnixStream, message: &impl Serialize) -> io::Result<()> {
     let mut line = serde_json::to_vec(message)?;
     line.push(b'\n');

@@ -66,7 +66,7 @@ impl Drop for Starters {
     }
 }
 
-/// What the runs of a starter share.
+/// State shared by the runs of a starter.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Place {
     namespaces: Namespaces,
@@ -125,7 +125,7 @@ impl Drop for Starter {
 pub(super) type Entered = Result<Option<Parent>, String>;
 
 /// Runs as a starter, whose place is the first line. `supervisor` is given the starter, whether it entered its place, and
-/// a request, in a process of its own.
+/// a request, in a separate process.
 pub(super) fn serve(supervisor: impl Fn(Pid, &Entered, &str) -> io::Result<()>) -> io::Result<()> {
     // Processes of a supervisor that was killed are re-parented to this process.
     set_child_subreaper(Pid::from_raw(1))?;

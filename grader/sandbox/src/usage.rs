@@ -46,7 +46,7 @@ pub(super) struct Meter {
     ended: Seen,
 }
 
-/// What a process has used.
+/// Resources used by a process.
 #[derive(Debug, Clone, Copy, Default)]
 struct Seen {
     /// Processor time in seconds.

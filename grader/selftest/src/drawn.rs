@@ -19,8 +19,8 @@ use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::StateSource;
-use grader::suite::{Case, Suite};
-use grader::verdict::{Failure, Verdict};
+use grader::suite::{Case, NoTrace, Suite};
+use grader::verdict::{Failure, LastOutput, RunEnd, RunFailure, Verdict};
 use rayon::prelude::*;
 use scene::Scene;
 use scene::trace::State;
@@ -31,7 +31,7 @@ use crate::student::{Run, Student};
 /// Minimum number of delivered scenes on which a drawn mistake can have an effect.
 const MATTERS: usize = 3;
 
-/// What a program has.
+/// Properties of a drawn program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Level {
     name: &'static str,
@@ -247,8 +247,8 @@ impl<'a> Drawn<'a> {
         case: &Case,
     ) -> std::result::Result<Box<dyn StateSource>, Verdict> {
         let missing = || {
-            let detail = "there is no trace".into();
-            Err(Verdict::Fail(Failure::Missing { detail }))
+            let missing = NoTrace::Missing { stem: (&case.id).into(), other_case: None };
+            Err(Verdict::Fail(Failure::NoTrace(missing)))
         };
         if !self.delivers(case) {
             return missing();
@@ -257,8 +257,10 @@ impl<'a> Drawn<'a> {
             if self.delivery != Delivery::Program {
                 return missing();
             }
-            let detail = format!("ended with exit status 1; it printed:\nunknown {name}").into();
-            return Err(Verdict::Fail(Failure::Crashed { detail }));
+            let text = format!("unknown {name}").into();
+            let output = LastOutput { text, misses_file: false };
+            let refused = RunFailure { end: RunEnd::Exited(1), output };
+            return Err(Verdict::Fail(refused.into()));
         }
         let run = student.simulate(&self.level.seen(&case.scene));
         Ok(match self.delivery {
@@ -306,13 +308,12 @@ impl<'a> Drawn<'a> {
             .collect();
         let scenes = grading.features.iter().flat_map(|feature| &feature.scenes);
         let caught = scenes.filter(|scene| {
-            let missing =
-                matches!(scene.comparison.verdict, Verdict::Fail(Failure::Missing { .. }));
+            let missing = matches!(scene.comparison.verdict, Verdict::Fail(Failure::NoTrace(_)));
             !scene.comparison.verdict.is_pass() && !missing && !lacks[scene.id.as_str()]
         });
         let is_false =
             |features: &[Feature]| !features.iter().any(|feature| self.is_true(*feature));
-        // What scenes have in common is counted, not inferred: it blames nothing.
+        // Properties that failing scenes share are counts, and blame nothing.
         let blaming = list.iter().filter(|finding| finding.kind != FindingKind::Common);
         let false_findings = blaming.filter(|finding| is_false(&finding.features));
         let named = |mistake: &&Mistake, proven: bool| {

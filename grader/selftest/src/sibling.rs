@@ -53,7 +53,7 @@ pub struct NoSibling {
     pub scene: String,
     /// Number of tries; 0 if the scene itself cannot be simulated.
     pub tries: u32,
-    /// What was wrong, and how often; the most frequent first.
+    /// Kinds of failures with their numbers, the most frequent first.
     pub faults: Vec<(Fault, u32)>,
 }
 

@@ -237,12 +237,12 @@ pub struct Student {
     pub(crate) others: Others,
 }
 
-/// What becomes of the forces and methods without a formula here.
+/// Changes of the forces and methods without a formula here.
 #[derive(Clone)]
 pub(crate) struct Others {
     /// A force's factor and its Jacobians', by its tag.
     pub(crate) factors: fn(&str) -> [f64; 2],
-    /// What is made of the description of a method, by its name.
+    /// Changes of descriptions of methods, by the method's name.
     pub(crate) methods: Vec<(&'static str, Deviation)>,
 }
 

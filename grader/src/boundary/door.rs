@@ -59,10 +59,10 @@ pub enum Limit {
     Stream,
 }
 
-/// What comes through a door, and how it is read.
+/// The input of a door, and how it is read.
 #[derive(Debug, Clone, Copy)]
 pub struct DoorFacts {
-    /// What it is, and who wrote it.
+    /// The input, and its author.
     pub what: &'static str,
     /// How much of it is read.
     pub limit: Limit,
@@ -129,7 +129,7 @@ impl Door {
         Self::Examined,
     ];
 
-    /// What comes through it, and how it is read.
+    /// Its input, and how it is read.
     pub const fn facts(self) -> DoorFacts {
         let (what, limit, parser, fuzz): (_, _, _, &'static [&'static str]) = match self {
             Self::HandIn => (

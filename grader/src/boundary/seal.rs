@@ -19,7 +19,7 @@ use crate::boundary::door::{DoorError, open_regular};
 /// Name of the key's file.
 const FILE: &str = "records.key";
 
-/// What stands around the signature and the record.
+/// Text around the signature and the record.
 const START: &str = "{\n\"hmac\": \"";
 const MIDDLE: &str = "\",\n\"record\": ";
 const END: &str = "\n}\n";

@@ -21,11 +21,11 @@ use crate::rubric::creative::{CRITERIA, CreativeRule};
 pub struct Marks {
     /// The complete marks of each submission that has any, one for each sheet, in their order.
     pub of: BTreeMap<String, Vec<[f64; CRITERIA.len()]>>,
-    /// What is missing, a line each.
+    /// Missing marks, a line each.
     pub remarks: Vec<String>,
 }
 
-/// What marks are read against.
+/// Names against which marks are checked.
 #[derive(Debug, Clone, Copy)]
 pub struct MarksRules<'a> {
     /// The names of the submissions.

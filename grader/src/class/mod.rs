@@ -71,7 +71,7 @@ pub struct Row {
     pub hidden: Option<(usize, usize)>,
     /// Findings about its forces and Jacobians: correct and total; `None` where they were not measured.
     pub jacobians: Option<(usize, usize)>,
-    /// What altered copies do not confirm, in words; `None` where they confirm every passed scene.
+    /// Terms that altered copies do not confirm, in words; `None` if they confirm every passed scene.
     pub copied: Option<String>,
     /// The likely causes of its failures, in words.
     pub findings: Vec<String>,

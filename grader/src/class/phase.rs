@@ -54,7 +54,7 @@ pub struct FirstPhase {
     pub anew: Option<String>,
     /// Time that it took, in seconds.
     pub seconds: f64,
-    /// What the submission spent of its budget, in seconds.
+    /// Time spent of the submission's budget, in seconds.
     pub spent: f64,
 }
 
@@ -90,7 +90,7 @@ impl FirstPhase {
     }
 }
 
-/// What a record is signed with: the name of the `folder` it is published as, and those of the `runs` beside it.
+/// Content of a record's signature: the name of the `folder` it is published as, and those of the `runs` beside it.
 fn signed_name(runs: &Path, folder: &Path) -> io::Result<String> {
     let mut names = Vec::new();
     for entry in fs::read_dir(runs)? {
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_left_of_a_phase_that_cannot_be_published() {
+    fn unpublished_phase_leaves_no_files() {
         let results = tempfile::tempdir().unwrap();
         let seal = Seal::of(results.path()).unwrap();
         let phases = results.path().join("first-phase");

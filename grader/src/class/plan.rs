@@ -95,7 +95,7 @@ pub enum PlanError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong.
+        /// The fault.
         message: String,
     },
     /// It has fewer shards.

@@ -320,7 +320,7 @@ impl Roster {
         submission.filter(|_| is_only_one).map(|submission| names[submission])
     }
 
-    /// What an ambiguity is, and its remedy.
+    /// Description of an ambiguity, with its remedy.
     pub fn explain(
         &self,
         Ambiguity { students, submissions }: &Ambiguity,

@@ -25,7 +25,7 @@ pub enum SheetError {
         path: PathBuf,
         /// Line, from 1.
         line: u64,
-        /// What is wrong, and the remedy.
+        /// The fault and its remedy.
         message: String,
     },
 }

@@ -10,6 +10,7 @@
 //! form (malformed, not finite, too short, too long) decides the verdict, whatever the numbers before it.
 
 pub mod calibration;
+mod limits;
 pub mod recording;
 
 use std::collections::VecDeque;
@@ -20,10 +21,11 @@ use scene::trace::{Shape, State, TraceReader};
 use simulator::solver::linear::LinearSolver;
 
 use crate::submission::StateSource;
-use crate::verdict::{Failure, Fault, Place, Quantity, Verdict, number, prefix};
+use crate::verdict::{Conserved, Drift, Failure, Fault, FormFault, Place, Quantity, Verdict};
 use calibration::{Bound, Envelope, Horizon, SingleStep, SingleSteps, WrongStep};
 use diagnosis::findings::ContextRow;
 use diagnosis::stepping::Stepper;
+use limits::{Excess, Limits};
 
 /// States kept before and after the first wrong one.
 const CONTEXT: usize = 2;
@@ -225,14 +227,11 @@ pub fn compare_watched(
     watch: &mut dyn FnMut(Pair<'_>),
 ) -> Comparison {
     let mut comparer = Comparer::new(expectation, criteria.into());
-    let verdict = match comparer.run(oracle, actual, watch) {
-        Err(verdict) => verdict,
-        Ok(()) if comparer.first_wrong.is_some() => Verdict::Fail(Failure::Differs),
-        Ok(()) if comparer.beyond.as_ref().is_some_and(|beyond| beyond.drift.is_some()) => {
-            let detail = comparer.beyond.and_then(|beyond| beyond.drift).unwrap_or_default();
-            Verdict::Fail(Failure::Drifts { detail: detail.into() })
-        }
-        Ok(()) => Verdict::Pass,
+    let verdict = match (comparer.run(oracle, actual, watch), comparer.drift()) {
+        (Err(verdict), _) => verdict,
+        (Ok(()), _) if comparer.first_wrong.is_some() => Verdict::Fail(Failure::Differs),
+        (Ok(()), Some(failure)) => Verdict::Fail(failure),
+        (Ok(()), None) => Verdict::Pass,
     };
     Comparison {
         verdict,
@@ -240,7 +239,7 @@ pub fn compare_watched(
         position: comparer.position,
         velocity: comparer.velocity,
         first_wrong: comparer.first_wrong,
-        allowed: comparer.allowed,
+        allowed: comparer.limits.allowed(),
         other_root: None,
         has_positions_alone: !comparer.compares_velocities,
     }
@@ -248,11 +247,7 @@ pub fn compare_watched(
 
 struct Comparer {
     expectation: Expectation,
-    criteria: Criteria,
-    /// Bounds of calibrated criteria.
-    allowed: Option<Allowed>,
-    /// The largest coordinate and the largest velocity component of the oracle's states so far.
-    sizes: [f64; 2],
+    limits: Limits,
     beyond: Option<Beyond>,
     states: u64,
     position: Residuals,
@@ -266,16 +261,14 @@ struct Comparer {
 
 impl Comparer {
     fn new(expectation: Expectation, criteria: Criteria) -> Self {
-        let calibrated = match &criteria {
+        let beyond = match &criteria {
             Criteria::Fixed(_) => None,
-            Criteria::Calibrated(calibrated) => Some(calibrated),
+            Criteria::Calibrated(calibrated) => Beyond::of(calibrated),
         };
         Self {
             expectation,
-            allowed: calibrated.map(|_| Allowed::default()),
-            sizes: [0.0; 2],
-            beyond: calibrated.and_then(Beyond::of),
-            criteria,
+            limits: Limits::of(criteria),
+            beyond,
             states: 0,
             position: Residuals::default(),
             velocity: Residuals::default(),
@@ -352,17 +345,18 @@ impl Comparer {
         Ok(())
     }
 
+    /// The fault beyond the horizon.
+    fn drift(&self) -> Option<Failure> {
+        let Beyond { horizon, drift, .. } = self.beyond.as_ref()?;
+        Some(Failure::Drifts { horizon: horizon.step, drift: drift.clone()? })
+    }
+
     /// The current pair of states, after it was compared.
     fn pair<'a>(&self, expected: &'a State, got: &'a State) -> Pair<'a> {
         let drifts = |beyond: &Beyond| beyond.drift.is_some();
         let is_beyond = |beyond: &Beyond| self.states >= beyond.horizon.step;
-        let bounds = match (&self.criteria, self.allowed) {
-            _ if self.beyond.as_ref().is_some_and(is_beyond) => None,
-            (Criteria::Fixed(Tolerances { largest, .. }), _) => {
-                Some([Bound { envelope: 0.0, tolerance: *largest }; 2])
-            }
-            (_, allowed) => allowed.map(|allowed| [allowed.position, allowed.velocity]),
-        };
+        let is_compared = !self.beyond.as_ref().is_some_and(is_beyond);
+        let bounds = is_compared.then(|| self.limits.bounds());
         let is_wrong = self.first_wrong.is_some() || self.beyond.as_ref().is_some_and(drifts);
         Pair { step: self.states, expected, got, bounds, is_wrong }
     }
@@ -373,14 +367,8 @@ impl Comparer {
             // A sum of time steps differs from their product by rounding only. A NaN fails this test.
             let close = (time - expected).abs() <= 1e-9 * expected.abs().max(1.0);
             if !close {
-                let state = self.states;
-                let location = prefix(source.location().as_ref());
-                let detail = format!(
-                    "{location}state {state} has the time {} instead of {}",
-                    number(time),
-                    number(expected)
-                );
-                return Err(Failure::Malformed { detail: detail.into() });
+                let fault = FormFault::Time { state: self.states, found: time, expected };
+                return Err(Failure::Malformed { location: source.location(), fault });
             }
         }
         match self.not_finite(got) {
@@ -406,118 +394,91 @@ impl Comparer {
         Place { step: self.states, particle, quantity, axis }
     }
 
-    /// Envelope and tolerance of positions and velocities at the current state.
-    fn bounds(&mut self, expected: &State) -> [Bound; 2] {
-        let (Criteria::Calibrated(calibrated), Some(allowed)) = (&self.criteria, &mut self.allowed)
-        else {
-            return [Bound::default(); 2];
-        };
-        let largest = |size: f64, values: &[f64]| {
-            values.iter().fold(size, |size: f64, value| size.max(value.abs()))
-        };
-        let [position, velocity] = self.sizes;
-        self.sizes =
-            [largest(position, &expected.positions), largest(velocity, &expected.velocities)];
-        let envelope = calibrated.envelope.at(self.states);
-        allowed.position = Bound::of(envelope.position, self.sizes[0]);
-        allowed.velocity = Bound::of(envelope.velocity, self.sizes[1]);
-        [allowed.position, allowed.velocity]
-    }
-
     /// Adds the residuals of a pair of states.
     fn measure(&mut self, expected: &State, got: &State) {
         let dimension = self.expectation.shape.dimension.count();
-        let bounds = self.bounds(expected);
+        self.limits.advance(self.states, expected);
         // The lowest particle that is out of tolerance, positions before velocities.
-        let mut wrong: Option<(usize, Quantity, f64, f64, bool)> = None;
-        let quantities = [
-            (Quantity::Position, &expected.positions, &got.positions),
-            (Quantity::Velocity, &expected.velocities, &got.velocities),
-        ];
+        let mut wrong: Option<Wrong> = None;
         let n_compared = 1 + usize::from(self.compares_velocities);
-        for (quantity, expected, got) in quantities.into_iter().take(n_compared) {
+        for quantity in [Quantity::Position, Quantity::Velocity].into_iter().take(n_compared) {
             let residuals = match quantity {
                 Quantity::Position => &mut self.position,
                 Quantity::Velocity => &mut self.velocity,
             };
-            let particles = expected.chunks_exact(dimension).zip(got.chunks_exact(dimension));
+            let particles = values(expected, quantity).chunks_exact(dimension);
+            let particles = particles.zip(values(got, quantity).chunks_exact(dimension));
             for (particle, (expected, got)) in particles.enumerate() {
                 let residual = distance(expected, got);
                 residuals.largest = residuals.largest.max(residual);
                 residuals.accumulated += residual;
                 // The used share of the tolerances is a maximum over all particles.
-                let is_found = wrong.is_some_and(|(first, ..)| first <= particle);
-                if is_found {
-                    if let Some(allowed) = self.allowed.as_mut().filter(|_| residual > 0.0) {
-                        let tolerance = bounds[quantity as usize].tolerance;
-                        allowed.used = allowed.used.max(residual / tolerance);
-                    }
-                    continue;
-                }
-                match (&self.criteria, &mut self.allowed) {
-                    (Criteria::Calibrated(_), Some(allowed)) => {
-                        let Bound { tolerance, .. } = bounds[quantity as usize];
-                        if residual > 0.0 {
-                            allowed.used = allowed.used.max(residual / tolerance);
-                        }
-                        if residual > tolerance {
-                            wrong = Some((particle, quantity, residual, tolerance, false));
-                        }
-                    }
-                    (Criteria::Fixed(Tolerances { largest, accumulated }), _) => {
-                        if residual >= *largest {
-                            wrong = Some((particle, quantity, residual, *largest, false));
-                        } else if residuals.accumulated >= *accumulated {
-                            let sum = residuals.accumulated;
-                            wrong = Some((particle, quantity, sum, *accumulated, true));
-                        }
-                    }
-                    (Criteria::Calibrated(_), None) => {}
+                let excess = self.limits.check(quantity, residual, residuals.accumulated);
+                if let Some(excess) = excess
+                    && wrong.as_ref().is_none_or(|wrong| particle < wrong.particle)
+                {
+                    wrong = Some(Wrong { particle, quantity, excess });
                 }
             }
         }
-        match (&mut self.first_wrong, wrong) {
-            (Some(first), _) => {
-                if self.states <= first.place.step + CONTEXT as u64 {
-                    let row =
-                        context_row(expected, got, first.place.particle, self.states, dimension);
-                    first.context.push(row);
-                }
+        if let Some(first) = &mut self.first_wrong {
+            if self.states <= first.place.step + CONTEXT as u64 {
+                let particle = first.place.particle;
+                first.context.push(context_row(expected, got, particle, self.states, dimension));
             }
-            (None, Some((particle, quantity, residual, tolerance, accumulated))) => {
-                let (expected_values, got_values) = match quantity {
-                    Quantity::Position => (&expected.positions, &got.positions),
-                    Quantity::Velocity => (&expected.velocities, &got.velocities),
-                };
-                let range = particle * dimension..(particle + 1) * dimension;
-                let difference =
-                    |index: &usize| (expected_values[*index] - got_values[*index]).abs();
-                let index = range
-                    .max_by(|a, b| difference(a).total_cmp(&difference(b)))
-                    .unwrap_or(particle * dimension);
-                let first_kept = self.states - self.recent.len() as u64;
-                let mut context: Vec<ContextRow> = (first_kept..)
-                    .zip(&self.recent)
-                    .map(|(step, (expected, got))| {
-                        context_row(expected, got, particle, step, dimension)
-                    })
-                    .collect();
-                context.push(context_row(expected, got, particle, self.states, dimension));
-                self.first_wrong = Some(FirstWrong {
-                    place: self.place(index, quantity),
-                    time: self.states as f64 * self.expectation.time_step,
-                    expected: expected_values[index],
-                    got: got_values[index],
-                    residual,
-                    tolerance,
-                    envelope: self.allowed.map(|_| bounds[quantity as usize].envelope),
-                    accumulated,
-                    context,
-                });
-            }
-            (None, None) => {}
+        } else if let Some(wrong) = wrong {
+            self.first_wrong = Some(self.describe(wrong, expected, got));
         }
     }
+
+    /// The first wrong number, with the states around it.
+    fn describe(&self, wrong: Wrong, expected: &State, got: &State) -> FirstWrong {
+        let Wrong { particle, quantity, excess } = wrong;
+        let Excess { residual, tolerance, accumulated } = excess;
+        let dimension = self.expectation.shape.dimension.count();
+        let index = worst(values(expected, quantity), values(got, quantity), particle, dimension);
+        let row = |(step, (expected, got)): (u64, (&State, &State))| {
+            context_row(expected, got, particle, step, dimension)
+        };
+        let recent = self.recent.iter().map(|(expected, got)| (expected, got));
+        let first_kept = self.states - self.recent.len() as u64;
+        let pairs = (first_kept..).zip(recent.chain([(expected, got)]));
+        let bound = self.limits.bounds()[quantity as usize];
+        FirstWrong {
+            place: self.place(index, quantity),
+            time: self.states as f64 * self.expectation.time_step,
+            expected: values(expected, quantity)[index],
+            got: values(got, quantity)[index],
+            residual,
+            tolerance,
+            envelope: self.limits.allowed().map(|_| bound.envelope),
+            accumulated,
+            context: pairs.map(row).collect(),
+        }
+    }
+}
+
+/// A particle whose residual is out of tolerance.
+struct Wrong {
+    particle: usize,
+    quantity: Quantity,
+    excess: Excess,
+}
+
+/// The positions or the velocities of a state.
+fn values(state: &State, quantity: Quantity) -> &[f64] {
+    match quantity {
+        Quantity::Position => &state.positions,
+        Quantity::Velocity => &state.velocities,
+    }
+}
+
+/// The index of the coordinate of a particle that differs most.
+fn worst(expected: &[f64], got: &[f64], particle: usize, dimension: usize) -> usize {
+    let difference = |index: &usize| (expected[*index] - got[*index]).abs();
+    let range = particle * dimension..(particle + 1) * dimension;
+    let worst = range.max_by(|a, b| difference(a).total_cmp(&difference(b)));
+    worst.unwrap_or(particle * dimension)
 }
 
 /// Judges a trace of which states are not compared beyond the horizon: each step by itself, and energy and momentum beyond
@@ -526,8 +487,8 @@ struct Beyond {
     horizon: Horizon,
     steps: SingleSteps,
     physics: Stepper,
-    /// The first that is wrong, in words.
-    drift: Option<String>,
+    /// The first that is wrong.
+    drift: Option<Drift>,
 }
 
 impl Beyond {
@@ -545,27 +506,21 @@ impl Beyond {
         let step = SingleStep { step: state - 1, earlier: own.next(), before, after };
         let Some(wrong) = self.steps.check(step) else { return };
         let WrongStep { particle, quantity, residual, bound, expected } = wrong;
-        let (expected, got) = match quantity {
-            Quantity::Position => (expected.positions, &after.positions),
-            Quantity::Velocity => (expected.velocities, &after.velocities),
+        let expected = match quantity {
+            Quantity::Position => expected.positions,
+            Quantity::Velocity => expected.velocities,
         };
-        let axes = self.steps.dimension();
-        let difference = |axis: &usize| (expected[*axis] - got[*axis]).abs();
-        let range = particle * axes..(particle + 1) * axes;
-        let worst = range.max_by(|a, b| difference(a).total_cmp(&difference(b)));
-        let index = worst.unwrap_or(particle * axes);
+        let (got, axes) = (values(after, quantity), self.steps.dimension());
+        let index = worst(&expected, got, particle, axes);
         let place = Place { step: state, particle, quantity, axis: index % axes };
-        self.drift = Some(format!(
-            "the states agree up to the prediction horizon, step {}, but a step is wrong by itself: {place} is {} after one \
-             step from the trace's own state {}, not {} (off by {residual:.1e}; correct programs differ by up to {:.1e}, \
-             tolerance {:.1e})",
-            self.horizon.step,
-            number(expected[index]),
-            state - 1,
-            number(got[index]),
-            bound.envelope,
-            bound.tolerance
-        ));
+        self.drift = Some(Drift::Step {
+            place,
+            expected: expected[index],
+            got: got[index],
+            residual,
+            envelope: bound.envelope,
+            tolerance: bound.tolerance,
+        });
     }
 
     fn check(&mut self, step: u64, expected: &State, got: &State) {
@@ -574,24 +529,18 @@ impl Beyond {
         }
         let of = |state: &State| self.physics.invariants(step, &state.positions, &state.velocities);
         let (oracle, own) = (of(expected), of(got));
-        let Horizon { step: horizon, energy, momentum } = self.horizon;
+        let Horizon { energy, momentum, .. } = self.horizon;
         let (by_energy, by_momentum) = calibration::difference(oracle, own);
-        let differences = [("energy", by_energy, energy), ("momentum", by_momentum, momentum)];
-        for (name, difference, envelope) in differences {
+        let by_energy =
+            (Conserved::Energy { expected: oracle.energy, got: own.energy }, by_energy, energy);
+        let differences = [by_energy, (Conserved::Momentum, by_momentum, momentum)];
+        for (quantity, difference, envelope) in differences {
             let tolerance = calibration::FACTOR_BEYOND * envelope;
             // A NaN does not agree.
             if difference <= tolerance {
                 continue;
             }
-            let numbers = match name {
-                "energy" => format!(": {:.6e} instead of {:.6e}", own.energy, oracle.energy),
-                _ => String::new(),
-            };
-            self.drift = Some(format!(
-                "the states agree up to the prediction horizon, step {horizon}; at step {step} the {name} is \
-                 off by {difference:.1e}{numbers} (correct programs differ by up to {envelope:.1e}, \
-                 tolerance {tolerance:.1e})"
-            ));
+            self.drift = Some(Drift::Conserved { quantity, step, difference, envelope, tolerance });
             return;
         }
     }

@@ -12,7 +12,7 @@ use simulator::vocabulary;
 use super::motion::Motion;
 use super::{overlap, run};
 
-/// What was found in a file.
+/// Findings of a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Examined {
@@ -31,11 +31,11 @@ pub enum Examined {
     Scene(Facts),
 }
 
-/// What was found of a scene.
+/// Findings of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
-    /// What it consists of, or its first warning.
+    /// Its elements, or its first warning.
     pub format: Result<String, String>,
     /// Tags of its forces, each once.
     pub forces: Vec<String>,
@@ -43,7 +43,7 @@ pub struct Facts {
     pub integrator: String,
     /// Coordinates of a particle.
     pub dimension: usize,
-    /// What it says of itself.
+    /// Its own description.
     pub description: Option<String>,
     /// How the runs ended.
     pub run: Result<String, String>,
@@ -95,7 +95,7 @@ fn refusal(error: &SceneError) -> Examined {
     Examined::NeedsMesh { mesh: mesh.clone(), place }
 }
 
-/// What a scene consists of.
+/// The elements of a scene.
 fn contents(scene: &Scene) -> String {
     let count = |number: usize, what: &str| {
         format!("{number} {what}{}", if number == 1 { "" } else { "s" })

@@ -1,4 +1,4 @@
-//! The film beside a scene.
+//! The film of a scene, in the same folder.
 
 use std::ffi::{CString, OsStr};
 use std::os::unix::ffi::OsStrExt;

@@ -56,9 +56,9 @@ pub struct Creative {
     pub assignment: Option<String>,
     /// The checks, in a fixed order.
     pub checks: Vec<Check>,
-    /// What the scene says of itself.
+    /// The scene's own description.
     pub description: Option<Untrusted>,
-    /// What was drawn of it; `None` if the file is no scene, or its check was ended.
+    /// Its drawing; `None` if the file is no scene, or its check was ended.
     pub picture: Option<Picture>,
     /// SHA-256 of the file; of its path, if it is refused.
     pub hash: [u8; 32],
@@ -78,7 +78,7 @@ pub struct Check {
     pub name: &'static str,
     /// Its outcome.
     pub outcome: Outcome,
-    /// What was found, and what to do if it failed.
+    /// The finding, with the remedy if it failed.
     pub found: String,
 }
 
@@ -117,7 +117,7 @@ impl Check {
     }
 }
 
-/// What creative scenes are checked against.
+/// Requirements of creative scenes.
 #[derive(Debug, Clone, Copy)]
 pub struct Rules<'a> {
     /// The assignments that names of files may end in.

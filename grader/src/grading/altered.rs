@@ -46,7 +46,7 @@ use crate::rubric::OtherRoot;
 use crate::submission::program::{Program, SceneSource};
 use crate::submission::{StateSource, builtin};
 use crate::suite::{Case, Suite, hash_bytes};
-use crate::verdict::{Failure, Fault, Verdict};
+use crate::verdict::{Failure, Fault, RunEnd, RunFailure, Verdict};
 
 /// Number of steps that are compared.
 const STEPS: usize = 3;
@@ -87,7 +87,7 @@ pub struct Passed<'a> {
     pub other_root: OtherRoot,
 }
 
-/// What altered copies say about passed scenes, if they do not confirm all of them.
+/// Evidence of altered copies against passed scenes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Copied {
     /// Number of shipped scenes that the program passed.
@@ -116,10 +116,7 @@ impl Copied {
     pub fn failure(&self, scene: &str) -> Option<Failure> {
         let Withdrawn { terms, .. } =
             self.withdrawn.iter().find(|withdrawn| withdrawn.scene == scene)?;
-        let detail = format!(
-            "the trace agrees with the oracle's, but the program fails on every altered copy of scenes with {terms}"
-        );
-        Some(Failure::FailsAltered { detail })
+        Some(Failure::FailsAltered { terms: terms.clone() })
     }
 }
 
@@ -345,7 +342,9 @@ impl<'a> Twin<'a> {
         let mut states = match run(&case) {
             Ok(states) => states,
             Err(
-                Verdict::GraderFault(_) | Verdict::Pass | Verdict::Fail(Failure::NotRun { .. }),
+                Verdict::GraderFault(_)
+                | Verdict::Pass
+                | Verdict::Fail(Failure::Run(RunFailure { end: RunEnd::Budget(_), .. })),
             ) => return Outcome::Unjudged,
             Err(Verdict::Fail(failure)) => return Outcome::Wrong(failure.name()),
         };

@@ -4,10 +4,9 @@
 //! timing. A program whose first scenes of several features all time out is not run further at all. A scene that is
 //! not run fails like those before it: no verdict improves.
 
-use crate::boundary::printed::Untrusted;
 use crate::rubric::Breaker;
 use crate::suite::Case;
-use crate::verdict::{Failure, Verdict};
+use crate::verdict::{Failure, Skipped, Verdict};
 
 /// Number of features whose first scenes are run before the others.
 pub(super) const PILOTS: usize = 4;
@@ -15,37 +14,29 @@ pub(super) const PILOTS: usize = 4;
 /// The failures of one feature so far.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Failures {
-    timeouts: Vec<Untrusted>,
-    /// Messages of crashes.
-    crashes: Vec<Untrusted>,
+    timeouts: usize,
+    crashes: Vec<Failure>,
 }
 
 impl Failures {
     /// Adds the verdict of a scene that was run.
     pub(super) fn add(&mut self, verdict: &Verdict) {
-        match verdict {
-            Verdict::Fail(Failure::TimedOut { detail }) => self.timeouts.push(detail.clone()),
-            Verdict::Fail(Failure::Crashed { detail }) => self.crashes.push(detail.clone()),
-            _ => {}
+        if let Verdict::Fail(failure) = verdict {
+            self.timeouts += usize::from(failure.is_timeout());
+            self.crashes.extend(Some(failure.clone()).filter(Failure::is_crash));
         }
     }
 
     /// The failure of a further scene, if it is not run.
     pub(super) fn next(&self, breaker: Breaker) -> Option<Failure> {
         let is_reached = |count: usize, limit: usize| limit > 0 && count >= limit;
-        if is_reached(self.timeouts.len(), breaker.timeouts) {
-            let detail = format!("not run: {} time-outs before in this feature", breaker.timeouts);
-            return Some(Failure::TimedOut { detail: detail.into() });
+        if is_reached(self.timeouts, breaker.timeouts) {
+            return Some(Failure::Skipped(Skipped::TimeOuts { count: breaker.timeouts }));
         }
         let last = self.crashes.last()?;
-        let same = self.crashes.iter().rev().take_while(|message| *message == last).count();
-        is_reached(same, breaker.crashes).then(|| Failure::Crashed {
-            detail: format!(
-                "not run: {same} crashes with the same message before: {}",
-                last.text()
-            )
-            .into(),
-        })
+        let count = self.crashes.iter().rev().take_while(|crash| *crash == last).count();
+        let crashes = Skipped::Crashes { count, last: Box::new(last.clone()) };
+        is_reached(count, breaker.crashes).then_some(Failure::Skipped(crashes))
     }
 }
 
@@ -56,13 +47,13 @@ pub(super) fn after_pilots<'a>(
 ) -> Option<Failure> {
     let mut count = 0;
     for verdict in verdicts {
-        if !matches!(verdict, Verdict::Fail(Failure::TimedOut { .. })) {
+        if !matches!(verdict, Verdict::Fail(failure) if failure.is_timeout()) {
             return None;
         }
         count += 1;
     }
-    let detail = format!("not run: the first scenes of {count} features all timed out").into();
-    (count >= PILOTS && breaker.timeouts > 0).then_some(Failure::TimedOut { detail })
+    let skipped = Failure::Skipped(Skipped::Features { count });
+    (count >= PILOTS && breaker.timeouts > 0).then_some(skipped)
 }
 
 /// The scenes of each feature, features and scenes in the order of the suite.
@@ -80,6 +71,7 @@ pub(super) fn by_feature(cases: &[Case]) -> Vec<Vec<&Case>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::verdict::{LastOutput, RunEnd, RunFailure};
 
     fn failures(verdicts: &[Failure]) -> Failures {
         let mut failures = Failures::default();
@@ -87,12 +79,17 @@ mod tests {
         failures
     }
 
-    fn crash(detail: &str) -> Failure {
-        Failure::Crashed { detail: detail.into() }
+    fn run(end: RunEnd, text: &str) -> Failure {
+        let output = LastOutput { text: text.into(), misses_file: false };
+        RunFailure { end, output }.into()
+    }
+
+    fn crash(text: &str) -> Failure {
+        run(RunEnd::Exited(1), text)
     }
 
     fn timeout() -> Failure {
-        Failure::TimedOut { detail: "still ran after 10 s".into() }
+        run(RunEnd::Wall(10.0), "")
     }
 
     #[test]

@@ -3,10 +3,12 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use diagnosis::findings::{self, Findings, JudgedScene, Outcome};
+use sandbox::NotKept;
 
 use super::judge::Judged;
 use crate::compare::Criteria;
-use crate::verdict::{Failure, Verdict};
+use crate::suite::NoTrace;
+use crate::verdict::{Failure, Lack, RunEnd, RunFailure, Skipped, Verdict};
 
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
 pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
@@ -24,8 +26,8 @@ pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
     for (Judged { result, .. }, found) in judged.iter_mut().zip(found) {
         result.diagnosis = found.diagnosis;
         if let Some(words) = found.lacks {
-            result.comparison.verdict =
-                Verdict::Fail(Failure::NotImplemented { detail: words.into(), lacks: None });
+            let lack = Lack::LeftOut { words };
+            result.comparison.verdict = Verdict::Fail(Failure::NotImplemented(lack));
         }
     }
     findings
@@ -59,22 +61,26 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
 }
 
 fn outcome(verdict: &Verdict) -> Outcome {
-    let failure = match verdict {
-        Verdict::Pass => return Outcome::Passed,
-        Verdict::GraderFault(_) => return Outcome::NotJudged,
-        Verdict::Fail(failure) => failure,
-    };
+    match verdict {
+        Verdict::Pass => Outcome::Passed,
+        Verdict::GraderFault(_) => Outcome::NotJudged,
+        Verdict::Fail(failure) => outcome_of_failure(failure),
+    }
+}
+
+fn outcome_of_failure(failure: &Failure) -> Outcome {
     match failure {
         // Altered scenes are run after the diagnosis.
-        Failure::NotRun { .. } | Failure::FailsAltered { .. } => Outcome::NotJudged,
-        Failure::BuildFailed { .. } | Failure::BadHandIn { .. } => Outcome::NotBuilt,
-        Failure::NotImplemented { lacks, .. } => Outcome::Refused(lacks.clone()),
-        Failure::Missing { .. } => Outcome::Missing,
-        Failure::Crashed { .. } | Failure::TooManyProcesses { .. } => Outcome::Crashed,
-        Failure::TimedOut { .. } => Outcome::TimedOut,
-        Failure::OutOfMemory { .. } => Outcome::OutOfMemory,
-        Failure::NoOutput { .. } => Outcome::NoTrace,
-        Failure::TooMuchOutput { .. } => Outcome::TooMuchOutput,
+        Failure::FailsAltered { .. } => Outcome::NotJudged,
+        Failure::BuildFailed(_) | Failure::BadHandIn { .. } => Outcome::NotBuilt,
+        Failure::NotImplemented(Lack::Refused { name, .. }) => Outcome::Refused(name.clone()),
+        Failure::NotImplemented(Lack::LeftOut { .. }) => Outcome::Refused(None),
+        Failure::NoTrace(NoTrace::Missing { .. }) => Outcome::Missing,
+        Failure::NoTrace(NoTrace::Several { .. }) | Failure::Unreadable { .. } => Outcome::NoTrace,
+        Failure::Run(RunFailure { end, .. }) => outcome_of_run(end),
+        Failure::GaveUp { .. } | Failure::Skipped(Skipped::Crashes { .. }) => Outcome::Crashed,
+        Failure::Skipped(Skipped::TimeOuts { .. } | Skipped::Features { .. }) => Outcome::TimedOut,
+        Failure::NotGreeted(failures) => outcome_of_failure(failures.telling()),
         Failure::Malformed { .. } => Outcome::Malformed,
         Failure::NotFinite { place, .. } => Outcome::NotFinite(place.step),
         Failure::TooShort { states, expected } => {
@@ -82,5 +88,23 @@ fn outcome(verdict: &Verdict) -> Outcome {
         }
         Failure::TooLong { .. } => Outcome::TooLong,
         Failure::Differs | Failure::Drifts { .. } => Outcome::Differs,
+    }
+}
+
+fn outcome_of_run(end: &RunEnd) -> Outcome {
+    match end {
+        RunEnd::Budget(_) => Outcome::NotJudged,
+        RunEnd::Exited(_)
+        | RunEnd::Killed(_)
+        | RunEnd::NotStarted { .. }
+        | RunEnd::Processes(_) => Outcome::Crashed,
+        RunEnd::Processor(_) | RunEnd::Wall(_) => Outcome::TimedOut,
+        RunEnd::Memory(_) => Outcome::OutOfMemory,
+        RunEnd::NoTrace { reason: NotKept::TooLarge(_), .. }
+        | RunEnd::Folder(_)
+        | RunEnd::Stdout(_)
+        | RunEnd::Stderr(_)
+        | RunEnd::Files(_) => Outcome::TooMuchOutput,
+        RunEnd::NoTrace { .. } => Outcome::NoTrace,
     }
 }

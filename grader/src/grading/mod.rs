@@ -82,7 +82,7 @@ pub struct Grader<'a> {
     pub assignment: Option<&'a Assignment>,
     /// The hidden scenes, where they are available.
     pub hidden: Option<&'a HiddenSuite>,
-    /// Checks beside the shipped scenes.
+    /// Checks other than the shipped scenes.
     pub checks: Checks,
     /// Receives events, and may end the run early.
     pub observer: &'a dyn Observer,
@@ -90,7 +90,7 @@ pub struct Grader<'a> {
     pub runs_at_once: Option<usize>,
 }
 
-/// Checks beside the shipped scenes, and recordings.
+/// Checks other than the shipped scenes, and recordings.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Checks {
     /// Check of the built-in simulator's Jacobians.

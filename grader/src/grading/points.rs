@@ -31,7 +31,7 @@ pub fn in_words(credit: &Credit, faults: FaultPoints, noun: &str) -> String {
     if credit.unjudged > 0.0 { format!("{text}, {} not judged", unjudged(credit)) } else { text }
 }
 
-/// What a creative scene without marks has in the place of points.
+/// Text in the place of points for a creative scene without marks.
 pub const NO_MARK: &str = "no mark";
 
 /// Points for a creative scene, earned and maximum; [`NO_MARK`] if it has none.

@@ -5,9 +5,8 @@
 //! ("springforce.cpp:12: index out of range") is a crash.
 
 use crate::boundary::printed::RawUse;
-use crate::submission::program::exit_status;
 use crate::suite::Case;
-use crate::verdict::Failure;
+use crate::verdict::{Failure, Lack};
 
 /// The exit code of a program that lacks a feature.
 const NOT_IMPLEMENTED: i32 = 77;
@@ -32,11 +31,12 @@ const REFUSALS: [&str; 14] = [
 
 /// The failure of a program that says that it lacks a feature of the scene, in the place of a crash or of no trace.
 pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
-    let (Failure::Crashed { detail } | Failure::NoOutput { detail }) = &failure else {
+    let Failure::Run(run) = &failure else { return failure };
+    if !(failure.is_crash() || failure.is_without_trace()) {
         return failure;
-    };
-    let Some(status) = exit_status(detail) else { return failure };
-    let lines = || detail.raw(RawUse::Comparison).lines().map(str::to_lowercase);
+    }
+    let Some(status) = run.end.exit_status() else { return failure };
+    let lines = || run.output.text.raw(RawUse::Comparison).lines().map(str::to_lowercase);
     let refused = lines().filter(|line| REFUSALS.iter().any(|word| line.contains(word)));
     let refused: Vec<String> = refused.collect();
     let named =
@@ -45,16 +45,12 @@ pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
         return failure;
     }
     // Without a refusal, a name alone is enough where the exit code says the rest.
-    let named =
+    let name =
         named.or_else(|| names(case).into_iter().find(|name| lines().any(|l| has_word(&l, name))));
-    let detail = match &named {
-        Some(name) => format!("the program does not offer {name}: {}", detail.text()),
-        None => format!("the program does not offer this scene: {}", detail.text()),
-    };
-    Failure::NotImplemented { detail: detail.into(), lacks: named }
+    Failure::NotImplemented(Lack::Refused { name, failure: run.clone() })
 }
 
-/// What a scene needs, by the names that a message may use: its integrator, its forces, its format.
+/// Features of a scene by the names that a message may use: its integrator, its forces, its format.
 fn names(case: &Case) -> Vec<String> {
     let scene = &case.scene;
     let aliases = scene.integrator.aliases.iter().copied();

@@ -39,9 +39,9 @@ pub struct Grading {
     pub repetition: Option<Repetition>,
     /// Its program's forces and Jacobians, measured from single steps; `None` if not measured.
     pub probing: Option<Probing>,
-    /// What altered copies do not confirm; `None` where they confirm every passed scene, or nothing was checked.
+    /// Terms that altered copies do not confirm; `None` if they confirm every passed scene, or nothing was checked.
     pub copied: Option<Copied>,
-    /// What is wrong; empty where nothing failed.
+    /// Findings; empty if nothing failed.
     pub findings: Findings,
     /// Jacobian checks; empty where the submission is not the built-in simulator.
     pub jacobians: JacobianReport,
@@ -55,7 +55,7 @@ pub struct Grading {
     pub faults: FaultPoints,
     /// Progress of a run that was ended early.
     pub interrupted: Option<Interrupted>,
-    /// What it was made from; `None` if that is not known.
+    /// Its provenance; `None` if unknown.
     pub provenance: Option<Provenance>,
 }
 

@@ -476,7 +476,7 @@ impl Pack {
             Ok(Built::Program(program)) => Ok(Submission::Program(program)),
             Ok(Built::Failed { name, failure }) => Ok(Submission::Unusable { name, failure }),
             Err(Unbuilt::Refused(detail)) => {
-                let failure = Failure::BadHandIn { detail: detail.into() };
+                let failure = Failure::BadHandIn { reason: detail.into() };
                 Ok(Submission::Unusable { name, failure })
             }
             Err(Unbuilt::Fault(detail)) => Err(NotBuilt(detail)),

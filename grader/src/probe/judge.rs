@@ -115,7 +115,7 @@ pub(super) fn not_judged(report: &mut PartReport, finding: &Finding) {
 }
 
 pub(super) fn no_implicit() -> Failure {
-    Failure::Crashed { detail: "linearized implicit Euler is not offered".into() }
+    Failure::GaveUp { reason: "linearized implicit Euler is not offered".into() }
 }
 
 /// The finding of a run that failed: not offered, unless the run returned non-finite numbers.

@@ -7,7 +7,7 @@ use simulator::simulation::Simulation;
 use crate::boundary::printed::Untrusted;
 use crate::submission::StateSource;
 use crate::submission::program::{Program, SceneSource};
-use crate::verdict::{Failure, Place, Quantity, Verdict};
+use crate::verdict::{Failure, FormFault, Place, Quantity, Verdict};
 
 /// Tolerance on a trace's first state: only the digits of the trace matter here, not physics.
 const SAME: f64 = 1e-6;
@@ -34,7 +34,7 @@ impl Stepper for BuiltIn {
     }
 
     fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
-        let crashed = |detail: String| Failure::Crashed { detail: detail.into() };
+        let crashed = |reason: String| Failure::GaveUp { reason: reason.into() };
         let schema = simulator::vocabulary().integrator(integrator);
         let schema = schema.ok_or_else(|| crashed(format!("unknown integrator {integrator}")))?;
         let scene = Scene { integrator: schema, ..scene.clone() };
@@ -56,7 +56,7 @@ impl Stepper for Program {
             self.run(SceneSource::Xml(&text), shape).map_err(|verdict| match verdict {
                 Verdict::Fail(failure) => failure,
                 // No step, and not the program's fault: it does not count against it.
-                other => Failure::NoOutput { detail: other.to_string().into() },
+                other => Failure::GaveUp { reason: other.to_string().into() },
             })?;
         let mut state = State::zeros(shape);
         let expected = 2;
@@ -105,9 +105,7 @@ fn check_start(scene: &Scene, state: &State) -> Result<(), Failure> {
         let expected = particle.position[..count].iter().chain(&particle.velocity[..count]);
         let found = position.iter().chain(velocity);
         if expected.zip(found).any(|(expected, found)| (expected - found).abs() > SAME) {
-            let detail =
-                format!("the trace does not start from the scene's state: particle {number}");
-            return Err(Failure::Malformed { detail: detail.into() });
+            return Err(Failure::malformed(FormFault::Start { particle: number }));
         }
     }
     Ok(())

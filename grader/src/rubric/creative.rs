@@ -9,6 +9,7 @@
 
 use serde::Deserialize;
 
+use super::bounded::bounded;
 use crate::boundary::printed;
 use crate::rubric::late::Percent;
 use crate::verdict::number;
@@ -18,7 +19,7 @@ use crate::verdict::number;
 pub struct Criterion {
     /// Its column in the sheet for marks.
     pub column: &'static str,
-    /// What it asks.
+    /// The requirement.
     pub meaning: &'static str,
 }
 
@@ -51,19 +52,10 @@ impl Default for CreativeRule {
     }
 }
 
-/// A best mark: above 0.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct MaximumMark(pub f64);
-
-impl TryFrom<f64> for MaximumMark {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = value > 0.0 && value <= 1e6;
-        let error = || format!("a maximum mark is above 0 and at most 1e6, not {}", number(value));
-        valid.then_some(Self(value)).ok_or_else(error)
-    }
+bounded! {
+    /// A best mark: above 0.
+    pub struct MaximumMark, |value| value > 0.0 && value <= 1e6,
+    "a maximum mark is above 0 and at most 1e6, not {}", number(value)
 }
 
 impl CreativeRule {

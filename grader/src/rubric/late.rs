@@ -12,6 +12,8 @@ use std::num::NonZeroUsize;
 
 use serde::Deserialize;
 
+use super::bounded::bounded;
+
 /// Seconds in a day.
 const DAY: f64 = 86_400.0;
 
@@ -33,7 +35,7 @@ impl Default for LateRule {
     }
 }
 
-/// What a late submission loses.
+/// Points lost by late submissions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lateness {
     /// Days begun since the deadline.
@@ -50,7 +52,7 @@ impl Lateness {
 }
 
 impl LateRule {
-    /// What a submission loses that came in so many seconds after its deadline; `None` if it was in time.
+    /// Points lost by a submission so many seconds after its deadline; `None` if it was in time.
     pub fn lateness(&self, seconds: f64) -> Option<Lateness> {
         if seconds <= self.grace.0 * 60.0 {
             return None;
@@ -84,20 +86,10 @@ pub struct SubmissionLimit {
     pub hours: Hours,
 }
 
-/// A time of more than nothing and at most a year, in hours.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Hours(pub f64);
-
-impl TryFrom<f64> for Hours {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let is_valid = value > 0.0 && value <= 8760.0;
-        is_valid
-            .then_some(Self(value))
-            .ok_or_else(|| format!("hours are more than 0 and at most 8760 (a year), not {value}"))
-    }
+bounded! {
+    /// A time of more than nothing and at most a year, in hours.
+    pub struct Hours, |value| value > 0.0 && value <= 8760.0,
+    "hours are more than 0 and at most 8760 (a year), not {value}"
 }
 
 /// Which submission of a student counts.
@@ -124,36 +116,16 @@ pub enum Visibility {
     AfterPublished,
 }
 
-/// A number from 0 to 100.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Percent(pub f64);
-
-impl TryFrom<f64> for Percent {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = (0.0..=100.0).contains(&value);
-        valid
-            .then_some(Self(value))
-            .ok_or_else(|| format!("per cent are from 0 to 100, not {value}"))
-    }
+bounded! {
+    /// A number from 0 to 100.
+    pub struct Percent, |value| (0.0..=100.0).contains(&value),
+    "per cent are from 0 to 100, not {value}"
 }
 
-/// A time of at most a year, in minutes.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Minutes(pub f64);
-
-impl TryFrom<f64> for Minutes {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = (0.0..=525_600.0).contains(&value);
-        valid
-            .then_some(Self(value))
-            .ok_or_else(|| format!("minutes are from 0 to 525600 (a year), not {value}"))
-    }
+bounded! {
+    /// A time of at most a year, in minutes.
+    pub struct Minutes, |value| (0.0..=525_600.0).contains(&value),
+    "minutes are from 0 to 525600 (a year), not {value}"
 }
 
 #[cfg(test)]

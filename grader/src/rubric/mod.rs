@@ -73,6 +73,8 @@
 //! A scene's tolerance comes from its own entry, else from its feature's entry, else from the calibration stored with
 //! the oracle (unless the course's criteria are chosen), else from the default.
 
+mod bounded;
+
 pub mod creative;
 pub mod late;
 
@@ -89,6 +91,7 @@ use crate::compare::{Calibrated, Criteria, Tolerances};
 use crate::suite::assignment::Assignment;
 use crate::suite::{Case, Feature, Section, Suite, line_and_column};
 use crate::verdict::number;
+use bounded::bounded;
 use creative::CreativeRule;
 use late::{LateRule, PlatformRule};
 use sandbox::{Limits, Protection};
@@ -164,7 +167,7 @@ pub enum RubricError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The fault.
         message: String,
     },
     /// An entry matches nothing that is graded.
@@ -209,7 +212,7 @@ struct RubricFile {
     protection: ProtectionTable,
 }
 
-/// What is accepted in a class, `[class]`.
+/// Hand-ins accepted in a class, `[class]`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClassRule {
@@ -350,49 +353,19 @@ enum SectionName {
     ExtraCredit,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(try_from = "f64")]
-struct Positive(f64);
-
-impl TryFrom<f64> for Positive {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = value.is_finite() && value > 0.0;
-        valid
-            .then_some(Self(value))
-            .ok_or_else(|| format!("a tolerance is above 0, not {}", number(value)))
-    }
+bounded! {
+    struct Positive, |value| value.is_finite() && value > 0.0,
+    "a tolerance is above 0, not {}", number(value)
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(try_from = "f64")]
-struct Points(f64);
-
-impl TryFrom<f64> for Points {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = (0.0..=MOST).contains(&value);
-        valid
-            .then_some(Self(value))
-            .ok_or_else(|| format!("points are from 0 to {MOST:e}, not {}", number(value)))
-    }
+bounded! {
+    struct Points, |value| (0.0..=MOST).contains(&value),
+    "points are from 0 to {MOST:e}, not {}", number(value)
 }
 
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(try_from = "f64")]
-struct SceneWeight(f64);
-
-impl TryFrom<f64> for SceneWeight {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        let valid = value > 0.0 && value <= MOST;
-        valid.then_some(Self(value)).ok_or_else(|| {
-            format!("a weight is above 0 and at most {MOST:e}, not {}", number(value))
-        })
-    }
+bounded! {
+    struct SceneWeight, |value| value > 0.0 && value <= MOST,
+    "a weight is above 0 and at most {MOST:e}, not {}", number(value)
 }
 
 impl Rubric {
@@ -610,7 +583,7 @@ impl Rubric {
         self.platform
     }
 
-    /// What is accepted in a class.
+    /// Hand-ins accepted in a class.
     pub fn class(&self) -> ClassRule {
         self.class
     }

@@ -1,4 +1,4 @@
-//! The files of a sibling: XML, or JSON beside an OBJ file, as the original's.
+//! The files of a sibling: XML, or JSON with an OBJ file, as the original's.
 //!
 //! XML is written from the redrawn model; its elements stand in the original's order of kinds. JSON has no place for
 //! directions and times: there, only stiffness, mass and vertices are drawn anew. A sibling opens with what it holds, and
@@ -90,7 +90,7 @@ impl Files {
     }
 }
 
-/// What a scene holds, as a sentence.
+/// The elements of a scene, as a sentence.
 fn contents(scene: &Scene) -> String {
     let count = scene.particles.len();
     let fixed = scene.particles.iter().filter(|particle| particle.fixed).count();

@@ -110,7 +110,7 @@ impl TraceReader for Replay<'_> {
 /// All states of a scene.
 fn simulate(scene: &Scene) -> Result<Vec<State>, Fault> {
     let failed = |failure| match failure {
-        Failure::Crashed { detail } => Fault::Fails(detail.text()),
+        Failure::GaveUp { reason } => Fault::Fails(reason.text()),
         _ => Fault::Fails("a step fails".to_owned()),
     };
     let mut source = builtin::start(scene, LinearSolver::Auto);

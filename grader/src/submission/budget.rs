@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use crate::verdict::Failure;
+use crate::verdict::{LastOutput, RunEnd, RunFailure};
 
 /// A budget of time. Clones share what is spent.
 #[derive(Debug, Clone)]
@@ -23,15 +23,15 @@ impl Budget {
         Self { seconds, spent: Arc::new(AtomicU64::new((spent * 1e6) as u64)) }
     }
 
-    /// What is spent, in seconds.
+    /// Time spent, in seconds.
     pub fn spent(&self) -> f64 {
         self.spent.load(Ordering::Relaxed) as f64 / 1e6
     }
 
     /// The failure of a further run, if nothing is left for it.
-    pub(super) fn used_up(&self) -> Option<Failure> {
-        let detail = format!("not run: the hand-in used its budget of {} s", self.seconds);
-        (self.spent() >= self.seconds).then_some(Failure::NotRun { detail: detail.into() })
+    pub(super) fn used_up(&self) -> Option<RunFailure> {
+        let end = RunEnd::Budget(self.seconds);
+        (self.spent() >= self.seconds).then_some(RunFailure { end, output: LastOutput::default() })
     }
 
     /// Spends the time of a run.

@@ -2,7 +2,7 @@
 
 use scene::Scene;
 use scene::trace::State;
-use simulator::simulation::Simulation;
+use simulator::simulation::{Simulation, SimulationError};
 use simulator::solver::linear::LinearSolver;
 
 use super::StateSource;
@@ -21,8 +21,9 @@ struct BuiltInStates {
 impl StateSource for BuiltInStates {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
         if self.started {
-            let advanced = self.simulation.advance();
-            if !advanced.map_err(|error| Failure::Crashed { detail: error.to_string().into() })? {
+            let gave_up =
+                |error: SimulationError| Failure::GaveUp { reason: error.to_string().into() };
+            if !self.simulation.advance().map_err(gave_up)? {
                 return Ok(false);
             }
         }

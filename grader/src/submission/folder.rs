@@ -25,7 +25,7 @@ use super::hand_in::{HandIn, HandInError};
 use super::program::{Program, Runner, failure_of_run};
 use crate::boundary::door::Door;
 use crate::boundary::printed::{RawUse, Untrusted};
-use crate::verdict::Failure;
+use crate::verdict::{BuildFailure, Failure};
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{End, Job, Keep, Limits, SandboxError};
 
@@ -81,7 +81,7 @@ pub enum FolderError {
     HandIn {
         /// The folder.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault.
         error: HandInError,
     },
     /// The manifest is not valid.
@@ -91,7 +91,7 @@ pub enum FolderError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong; it may quote the file.
+        /// The fault; it may quote the file.
         message: Untrusted,
     },
     /// The copy for the build cannot be made.
@@ -283,12 +283,12 @@ fn run_build(
         limits,
     };
     let outcome = runner.sandbox.run(&job)?;
-    let failed = |detail: String| Ok(Err(Failure::BuildFailed { detail: detail.into() }));
     if outcome.end != End::Exited(0) {
-        return failed(format!("the build {}", failure_of_run(&outcome, &job, &runner.sandbox)));
+        let failure = failure_of_run(&outcome, &job, &runner.sandbox);
+        return Ok(Err(Failure::BuildFailed(BuildFailure::Run(failure))));
     }
-    if let Err(reason) = &outcome.kept {
-        return failed(format!("the built folder {reason}"));
+    if let Err(reason) = outcome.kept {
+        return Ok(Err(Failure::BuildFailed(BuildFailure::NotKept(reason))));
     }
     // The unbuilt copy is removed with the scratch folder that contains both.
     fs::rename(home, home.with_file_name("unbuilt"))
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_message_that_quotes_a_manifest_is_inert() {
+    fn control_characters_of_quoted_manifests_are_replaced() {
         let text = "\"\\u001b[2J\" = 1\nrun = [\"./a\"]\n";
         let error =
             SubmissionManifest::parse(&text.into(), Path::new(MANIFEST)).unwrap_err().to_string();

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! FOLDER/KEY.SIGNATURE           a trace, as the program wrote it
-//! FOLDER/KEY.SIGNATURE.failure   how a run failed: the failure's name and message
+//! FOLDER/KEY.SIGNATURE.failure   how a run failed, as JSON
 //! KEY                            SHA-256 of the arguments, of the scene's files, and of how many runs of the same went before
 //! SIGNATURE                      that of the class, of the folder's name, the key, the ending and SHA-256 of the file
 //! ```
@@ -22,27 +22,15 @@ use rustix::fs::CWD;
 
 use crate::boundary::door::open_regular;
 use crate::boundary::own_file;
-use crate::boundary::printed::Untrusted;
 use crate::boundary::seal::Seal;
 use crate::suite::{hash_bytes, hash_file};
-use crate::verdict::Failure;
+use crate::verdict::RunFailure;
 
 /// Number of digits of a key and of a signature.
 const DIGITS: usize = 64;
 
 /// Ending of the name of a kept failure.
 const FAILURE: &str = ".failure";
-
-/// The failures that a run can end with.
-const FAILURES: [fn(Untrusted) -> Failure; 7] = [
-    |detail| Failure::Crashed { detail },
-    |detail| Failure::TimedOut { detail },
-    |detail| Failure::NotRun { detail },
-    |detail| Failure::OutOfMemory { detail },
-    |detail| Failure::TooMuchOutput { detail },
-    |detail| Failure::TooManyProcesses { detail },
-    |detail| Failure::NoOutput { detail },
-];
 
 /// The runs kept of a program.
 #[derive(Debug)]
@@ -80,7 +68,7 @@ pub(super) enum KeptEnd {
     /// With a trace.
     Trace,
     /// With a failure.
-    Failed(Failure),
+    Failed(RunFailure),
 }
 
 impl KeptRuns {
@@ -139,7 +127,7 @@ impl KeptRuns {
     pub(super) fn find(&self, key: &str, trace: &Path) -> Option<KeptEnd> {
         let rest = self.ends().get(key)?.rest.clone();
         let mut kept = open_regular(CWD, &self.path(key, &rest)).ok()?;
-        // What is verified is the copy, which nobody else can change.
+        // Verifies the copy, which nobody else can change.
         let copy = trace.with_extension("unverified");
         io::copy(&mut kept, &mut File::create(&copy).ok()?).ok()?;
         let ending = if rest.ends_with(FAILURE) { FAILURE } else { "" };
@@ -150,7 +138,7 @@ impl KeptRuns {
             fs::rename(&copy, trace).ok()?;
             KeptEnd::Trace
         } else {
-            KeptEnd::Failed(failure(&own_file::read(&copy).ok()?)?)
+            KeptEnd::Failed(serde_json::from_slice(&own_file::read(&copy).ok()?).ok()?)
         };
         self.ends().get_mut(key)?.is_used = true;
         Some(end)
@@ -166,11 +154,11 @@ impl KeptRuns {
     }
 
     /// Keeps the failure of a run, if failures are kept.
-    pub(super) fn keep_failure(&self, key: &str, failure: &Failure) {
+    pub(super) fn keep_failure(&self, key: &str, failure: &RunFailure) {
         if self.scope == Scope::Traces {
             return;
         }
-        let text = serde_json::json!([failure.name(), failure.to_string()]).to_string();
+        let text = serde_json::json!(failure).to_string();
         let rest = self.signed(key, &hash_bytes(text.as_bytes()), FAILURE);
         let written = self.write(key, rest, |file| fs::write(file, &text));
         self.has_lost.fetch_or(written.is_err(), Ordering::Relaxed);
@@ -222,20 +210,15 @@ impl KeptRuns {
     }
 }
 
-/// The failure of a kept run.
-fn failure(text: &[u8]) -> Option<Failure> {
-    let (name, detail): (String, Untrusted) = serde_json::from_slice(text).ok()?;
-    FAILURES.iter().map(|make| make(detail.clone())).find(|failure| failure.name() == name)
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
-    use sandbox::{Limits, Sandbox};
+    use sandbox::{Limits, NotKept, Sandbox};
 
     use super::*;
     use crate::submission::program::{Program, Runner};
+    use crate::verdict::{LastOutput, RunEnd};
 
     #[test]
     fn kept_traces_need_the_signature_of_their_name() {
@@ -297,27 +280,36 @@ mod tests {
         let seal = Seal::of(folder.path()).unwrap();
         let (path, copy) = (folder.path().join("runs"), folder.path().join("copy"));
         let first = KeptRuns::first_phase(path.clone(), &seal).unwrap();
-        for make in FAILURES {
-            let failure = make("why\nnot".into());
-            let key = hash_bytes(failure.name().as_bytes());
+        let output = LastOutput { text: "why\nnot".into(), misses_file: true };
+        let reason = NotKept::TooLarge(7);
+        let ends = [
+            RunEnd::Exited(1),
+            RunEnd::NotStarted { program: "a".into(), error: "b".into() },
+            RunEnd::Processor(0.1),
+            RunEnd::NoTrace { file: "trace.csv".to_owned(), reason },
+        ];
+        for end in ends {
+            let failure = RunFailure { end, output: output.clone() };
+            let key = hash_bytes(failure.to_string().as_bytes());
             first.keep_failure(&key, &failure);
             let second = KeptRuns::second_phase(path.clone(), &seal).unwrap();
             assert!(second.is_closed() && !first.has_lost());
             let Some(KeptEnd::Failed(found)) = second.find(&key, &copy) else {
-                panic!("{}", failure.name())
+                panic!("{failure}")
             };
             assert_eq!(found, failure);
         }
         // Gradings that are taken up later repeat what failed.
         let later = folder.path().join("later");
         let kept = KeptRuns::open(later.clone(), &seal, false).unwrap();
-        kept.keep_failure(&"a".repeat(DIGITS), &FAILURES[0](Untrusted::default()));
+        let failure = RunFailure { end: RunEnd::Exited(1), output };
+        kept.keep_failure(&"a".repeat(DIGITS), &failure);
         assert_eq!(fs::read_dir(later).unwrap().count(), 0);
     }
 
     /// Its output is shown, and a hidden scene may have run before it.
     #[test]
-    fn second_phase_makes_no_run_that_the_first_lacks() {
+    fn second_phase_refuses_unrecorded_runs() {
         let folder = tempfile::tempdir().unwrap();
         let seal = Seal::of(folder.path()).unwrap();
         let kept = KeptRuns::second_phase(folder.path().join("runs"), &seal).unwrap();

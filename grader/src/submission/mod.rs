@@ -13,7 +13,7 @@ mod traces;
 
 use std::path::{Path, PathBuf};
 
-use scene::trace::{Shape, State, TraceError, TraceReader};
+use scene::trace::{Shape, State, TraceReader};
 use simulator::solver::linear::LinearSolver;
 
 use crate::boundary::printed::Untrusted;
@@ -128,22 +128,10 @@ pub trait StateSource: Send {
 
 impl StateSource for Box<dyn TraceReader> {
     fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
-        self.as_mut().read(state).map_err(failure_of)
+        self.as_mut().read(state).map_err(Failure::of_trace)
     }
 
     fn has_velocities(&self) -> bool {
         self.as_ref().has_velocities()
-    }
-}
-
-fn failure_of(error: TraceError) -> Failure {
-    let detail = error.to_string();
-    match error {
-        TraceError::Unreadable { .. } => {
-            Failure::NoOutput { detail: format!("there is no trace: {detail}").into() }
-        }
-        TraceError::Line { .. } | TraceError::Record { .. } => {
-            Failure::Malformed { detail: detail.into() }
-        }
     }
 }

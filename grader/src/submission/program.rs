@@ -20,17 +20,17 @@ use std::time::Instant;
 use scene::Dimension;
 use scene::trace::{self, Shape, State, TraceFormat, TraceReader};
 
+use super::StateSource;
 use super::budget::Budget;
 use super::hand_in::HandIn;
 use super::kept::{KeptEnd, KeptRuns};
-use super::{StateSource, failure_of};
-use crate::boundary::printed::{self, RawUse, Untrusted};
+use crate::boundary::printed::{self, Untrusted};
 use crate::suite::{Case, SolverName, hash_bytes, hash_file};
-use crate::verdict::{Failure, Fault, Verdict};
-use sandbox::scratch::{Scratch, scratch_folder, without_paths};
-use sandbox::{
-    End, Exceeded, Job, Keep, Limits, NotKept, Outcome, Protection, Sandbox, SandboxError,
+use crate::verdict::{
+    Failure, Fault, FormFault, LastOutput, NotGreeted, RunEnd, RunFailure, Verdict,
 };
+use sandbox::scratch::{Scratch, scratch_folder, without_paths};
+use sandbox::{End, Exceeded, Job, Keep, Limits, Outcome, Protection, Sandbox, SandboxError};
 
 /// A minimal scene for probing the calling convention: one free particle, one step.
 const GREETING: &str = r#"<scene>
@@ -63,7 +63,7 @@ pub struct Runner {
     pub sandbox: Sandbox,
     /// The limits of a run.
     pub limits: Limits,
-    /// Files and folders that programs may read, beside those of the system and their own.
+    /// Files and folders that programs may read, in addition to those of the system and their own.
     pub readable: Vec<PathBuf>,
     /// Where the program's runs are kept and looked for.
     pub kept: Vec<Arc<KeptRuns>>,
@@ -186,14 +186,14 @@ impl Program {
                     return Err(SandboxError::no_scratch(io::Error::other(error)));
                 }
                 Err(error) => {
-                    let failure = Failure::BadHandIn { detail: error.to_string().into() };
+                    let failure = Failure::BadHandIn { reason: error.to_string().into() };
                     return Ok(Identified::Unusable { name: program.name, failure });
                 }
                 Ok(()) => (program.path, program.copy) = (path, Some(Arc::new(copy))),
             }
         }
         program.runner.readable.push(program.path.clone());
-        let mut failures = [None, None];
+        let mut failures: [Option<Failure>; 2] = [None, None];
         for method in GREETING_METHODS {
             let scene = GREETING.replace(GREETING_METHODS[0], method);
             for (dialect, failure) in Dialect::ALL.into_iter().zip(&mut failures) {
@@ -208,16 +208,15 @@ impl Program {
                 }
             }
             // A crash may mean an unknown integrator. A time-out or an exceeded limit would recur.
-            let is_other = |failure: &Option<Failure>| {
-                failure.as_ref().is_some_and(|failure| !may_lack_a_method(failure))
-            };
-            if failures.iter().all(is_other) {
+            if failures.iter().flatten().all(|failure| !failure.may_lack_a_method()) {
                 break;
             }
         }
-        let none = || Failure::NoOutput { detail: "wrote no trace".into() };
-        let [fosssim, plain] = failures.map(|failure| failure.unwrap_or_else(none));
-        let failure = of_both(&program.name.line(), fosssim, plain);
+        let [fosssim, plain] =
+            failures.map(|found| found.unwrap_or(Failure::malformed(FormFault::Empty)));
+        let program_name = program.name.line();
+        let failure =
+            Failure::NotGreeted(Box::new(NotGreeted { program: program_name, fosssim, plain }));
         Ok(Identified::Unusable { name: program.name, failure })
     }
 
@@ -249,7 +248,7 @@ impl Program {
         }
     }
 
-    /// The same program with a budget of its own, which is as large: for measurements beside the scenes.
+    /// The same program with a second budget of the same size, for measurements other than the scenes.
     pub(crate) fn with_own_budget(&self) -> Self {
         let mut other = self.clone();
         other.runner.budget = Some(Budget::new(self.runner.limits.budget(), 0.0));
@@ -311,9 +310,7 @@ impl Program {
     pub fn trace_hash(&self, case: &Case, before: u32) -> Result<String, Verdict> {
         let run = self.run_once(SceneSource::Case(case), Shape::of(&case.scene), before)?;
         hash_file(&run.workspace.trace()).map_err(|error| {
-            Verdict::Fail(Failure::NoOutput {
-                detail: format!("the trace cannot be read: {error}").into(),
-            })
+            Verdict::Fail(Failure::Unreadable { reason: error.to_string().into() })
         })
     }
 
@@ -330,21 +327,17 @@ impl Program {
         let mut run = self.try_run(SceneSource::Xml(scene), shape, 0)?;
         let mut state = State::zeros(shape);
         if !run.read(&mut state)? {
-            let detail = "the trace is empty".into();
-            return Err(RunError::Failed(Failure::Malformed { detail }));
+            return Err(Failure::malformed(FormFault::Empty).into());
         }
         // The particle keeps its velocity. Other mistakes are judged in the scenes.
         let found = [state.positions, state.velocities].concat();
         if !GREETED_VELOCITY.iter().any(|value| found.contains(value)) {
-            let [x, y] = GREETED_VELOCITY;
-            let detail =
-                format!("the first state of the trace has nothing of the velocity ({x}, {y})");
-            return Err(RunError::Failed(Failure::Malformed { detail: detail.into() }));
+            return Err(Failure::malformed(FormFault::NoVelocity(GREETED_VELOCITY)).into());
         }
         Ok(())
     }
 
-    /// What a run depends on, beside the program: the arguments without the names of scratch folders, and the scene.
+    /// Inputs of a run other than the program: the arguments without the names of scratch folders, and the scene.
     fn key(&self, scene: SceneSource<'_>, before: u32) -> String {
         let arguments = self.arguments.iter().map(|argument| without_paths(argument));
         let mut parts: Vec<String> = arguments.collect();
@@ -368,7 +361,7 @@ impl Program {
             SceneSource::Case(case) => trace::open_of_scene(path, self.format, &case.scene),
             SceneSource::Xml(_) => trace::open(path, self.format, shape),
         };
-        Ok(reader.map_err(failure_of)?)
+        Ok(reader.map_err(Failure::of_trace)?)
     }
 
     fn try_run(
@@ -377,13 +370,17 @@ impl Program {
         shape: Shape,
         before: u32,
     ) -> Result<ProgramRun, RunError> {
-        let workspace = self.end(scene, before)?;
+        let workspace = self.end(scene, before)?.map_err(Failure::Run)?;
         let reader = self.open_trace(&workspace.trace(), scene, shape)?;
         Ok(ProgramRun { reader, workspace, _copy: self.copy.clone() })
     }
 
     /// How a run ends: as it did before where that is kept. The workspace holds its trace.
-    fn end(&self, scene: SceneSource<'_>, before: u32) -> Result<Workspace, RunError> {
+    fn end(
+        &self,
+        scene: SceneSource<'_>,
+        before: u32,
+    ) -> Result<Result<Workspace, RunFailure>, SandboxError> {
         if self.runner.kept.is_empty() {
             return self.end_now(scene);
         }
@@ -396,27 +393,29 @@ impl Program {
         if missing.iter().any(|(kept, _)| kept.is_closed()) {
             let message =
                 "the record of the first phase lacks a run\n  help: continue with --resume";
-            return Err(RunError::NotRun(SandboxError::not_run(message)));
+            return Err(SandboxError::not_run(message));
         }
         let end = match found.into_iter().find_map(|(_, end)| end) {
-            Some(KeptEnd::Failed(failure)) => Err(RunError::Failed(failure)),
+            Some(KeptEnd::Failed(failure)) => Err(failure),
             Some(KeptEnd::Trace) => Ok(workspace),
-            None => self.end_now(scene),
+            None => self.end_now(scene)?,
         };
         for (kept, _) in missing {
             match &end {
                 Ok(workspace) => kept.keep(&key, &workspace.trace()),
-                Err(RunError::Failed(failure)) => kept.keep_failure(&key, failure),
-                Err(RunError::NotRun(_)) => {}
+                Err(failure) => kept.keep_failure(&key, failure),
             }
         }
-        end
+        Ok(end)
     }
 
     /// Runs the program.
-    fn end_now(&self, scene: SceneSource<'_>) -> Result<Workspace, RunError> {
+    fn end_now(
+        &self,
+        scene: SceneSource<'_>,
+    ) -> Result<Result<Workspace, RunFailure>, SandboxError> {
         if let Some(failure) = self.runner.budget.as_ref().and_then(Budget::used_up) {
-            return Err(RunError::Failed(failure));
+            return Ok(Err(failure));
         }
         let workspace = Workspace::new(scene).map_err(SandboxError::no_scratch)?;
         let trace = match self.format {
@@ -441,74 +440,12 @@ impl Program {
             budget.spend(start.elapsed());
         }
         if outcome.end != End::Exited(0) {
-            return Err(RunError::Failed(failure_of_run(&outcome, &job, &self.runner.sandbox)));
+            return Ok(Err(failure_of_run(&outcome, &job, &self.runner.sandbox)));
         }
-        match &outcome.kept {
-            Ok(()) => Ok(workspace),
-            Err(reason) => Err(RunError::Failed(no_trace(
-                trace,
-                reason,
-                complaint(&outcome, &self.runner.sandbox),
-            ))),
-        }
+        let Err(reason) = outcome.kept.clone() else { return Ok(Ok(workspace)) };
+        let end = RunEnd::NoTrace { file: trace.to_owned(), reason };
+        Ok(Err(RunFailure { end, output: last_output(&outcome, &self.runner.sandbox) }))
     }
-}
-
-/// Whether the program may have failed because it lacks the integrator.
-fn may_lack_a_method(failure: &Failure) -> bool {
-    matches!(
-        failure,
-        Failure::Crashed { .. } | Failure::NoOutput { .. } | Failure::Malformed { .. }
-    )
-}
-
-/// The failure of a program under both calling conventions.
-fn of_both(name: &str, fosssim: Failure, plain: Failure) -> Failure {
-    let both = format!(
-        "no readable trace of a single free particle\n  called as `{name} -s scene.xml -d 0 -o trace.bin`: \
-         {fosssim}\n  called as `{name} scene.xml -o trace.csv`: {plain}"
-    );
-    // A crash or a missing trace is the usual reaction to an unknown convention; any other failure is more informative.
-    let gives_up =
-        |failure: &Failure| matches!(failure, Failure::Crashed { .. } | Failure::NoOutput { .. });
-    let mut failure = if gives_up(&fosssim) && !gives_up(&plain) { plain } else { fosssim };
-    if let Failure::NoOutput { detail }
-    | Failure::Crashed { detail }
-    | Failure::Malformed { detail }
-    | Failure::TimedOut { detail }
-    | Failure::OutOfMemory { detail }
-    | Failure::TooMuchOutput { detail }
-    | Failure::TooManyProcesses { detail } = &mut failure
-    {
-        *detail = both.into();
-    }
-    failure
-}
-
-/// The failure of a program that exited with status 0 and left no readable trace.
-fn no_trace(name: &str, reason: &NotKept, said: String) -> Failure {
-    match reason {
-        NotKept::Missing => Failure::NoOutput {
-            detail: format!("ended with exit status 0, but wrote no trace{said}").into(),
-        },
-        NotKept::TooLarge(_) => {
-            Failure::TooMuchOutput { detail: format!("{name} {reason}{said}").into() }
-        }
-        _ => Failure::NoOutput {
-            detail: format!("ended with exit status 0, but {name} {reason}{said}").into(),
-        },
-    }
-}
-
-/// The signal's name, such as `SIGSEGV`, or its number if it has none.
-fn signal_name(number: i32) -> String {
-    #[cfg(unix)]
-    if let Some(signal) = rustix::process::Signal::from_named_raw(number) {
-        let name = format!("{signal:?}");
-        // Some versions of rustix quote the name.
-        return format!("SIG{}", name.trim_matches('"').trim_start_matches("Signal::"));
-    }
-    format!("signal {number}")
 }
 
 /// The scratch folder of one run.
@@ -549,83 +486,39 @@ impl Workspace {
     }
 }
 
-/// The beginning of the message of a program that exited with another status than 0.
-const EXITED: &str = "ended with exit status ";
-
-/// The exit status in the message of a crash; `None` if a signal ended the program.
-pub(crate) fn exit_status(detail: &Untrusted) -> Option<i32> {
-    let digits = detail.raw(RawUse::Parsing).strip_prefix(EXITED)?;
-    digits.split(|c: char| !(c.is_ascii_digit() || c == '-')).next()?.parse().ok()
-}
-
-/// The failure that the end of a run amounts to.
-pub(crate) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) -> Failure {
-    let said = complaint(outcome, sandbox);
+/// The failure of a run that did not end with exit status 0, or exceeded a limit.
+pub(crate) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) -> RunFailure {
     let limits = &job.limits;
-    let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-    let exceeded = match &outcome.end {
-        End::Exceeded(exceeded) => exceeded,
-        End::Exited(code) => {
-            return Failure::Crashed { detail: format!("{EXITED}{code}{said}").into() };
-        }
-        End::Signalled(number) => {
-            let signal = signal_name(*number);
-            return Failure::Crashed { detail: format!("killed by {signal}{said}").into() };
-        }
+    let end = match &outcome.end {
+        End::Exited(code) => RunEnd::Exited(*code),
+        End::Signalled(number) => RunEnd::Killed(*number),
         End::NotStarted(error) => {
-            let program = job.program.display();
-            return Failure::Crashed {
-                detail: format!(
-                    "cannot be started: {program}: {error}\n  help: make it executable, and keep it in a folder of \
-                     the system, in the submission or below a --readable folder"
-                )
-                .into(),
-            };
+            let program = job.program.as_path().into();
+            let end = RunEnd::NotStarted { program, error: error.as_str().into() };
+            return RunFailure { end, output: LastOutput::default() };
         }
+        End::Exceeded(exceeded) => match exceeded {
+            Exceeded::Cpu => RunEnd::Processor(limits.cpu),
+            Exceeded::Wall => RunEnd::Wall(limits.wall),
+            Exceeded::Memory => RunEnd::Memory(limits.memory),
+            Exceeded::Processes => RunEnd::Processes(limits.processes),
+            Exceeded::Trace => RunEnd::Folder(limits.trace),
+            Exceeded::Stdout => RunEnd::Stdout(limits.stdout),
+            Exceeded::Stderr => RunEnd::Stderr(limits.stderr),
+            Exceeded::Files => RunEnd::Files(limits.files),
+        },
     };
-    let too_much = |what: &str, limit: u64| Failure::TooMuchOutput {
-        detail: format!("wrote more than {} MiB {what}{said}", mebibytes(limit)).into(),
-    };
-    match exceeded {
-        Exceeded::Cpu => Failure::TimedOut {
-            detail: format!("used more than {} s of processor time{said}", limits.cpu).into(),
-        },
-        Exceeded::Wall => {
-            Failure::TimedOut { detail: format!("still ran after {} s{said}", limits.wall).into() }
-        }
-        Exceeded::Memory => Failure::OutOfMemory {
-            detail: format!("needs more than {} MiB of memory{said}", mebibytes(limits.memory))
-                .into(),
-        },
-        Exceeded::Processes => Failure::TooManyProcesses {
-            detail: format!("ran more than {} processes and threads{said}", limits.processes)
-                .into(),
-        },
-        Exceeded::Trace => too_much("into its folder", limits.trace),
-        Exceeded::Stdout => too_much("to standard output", limits.stdout),
-        Exceeded::Stderr => too_much("to standard error", limits.stderr),
-        Exceeded::Files => Failure::TooMuchOutput {
-            detail: format!("made more than {} files{said}", limits.files).into(),
-        },
-    }
+    RunFailure { end, output: last_output(outcome, sandbox) }
 }
 
-/// The program's own error output, as a suffix of a message, with a hint if the sandbox may hide what it misses.
-fn complaint(outcome: &Outcome, sandbox: &Sandbox) -> String {
+/// The program's own error output.
+fn last_output(outcome: &Outcome, sandbox: &Sandbox) -> LastOutput {
     let said = [&outcome.stdout, &outcome.stderr].map(printed::tail);
     // Standard output counts only if standard error is empty.
-    let Some(said) = said.into_iter().rev().find(|said| !said.is_empty()) else {
-        return String::new();
-    };
+    let text = said.into_iter().rev().find(|said| !said.is_empty()).unwrap_or_default();
     let is_hidden = sandbox.protections().contains(&Protection::Files);
-    let hint = match is_hidden && MISSING.iter().any(|words| said.contains(words)) {
-        true => {
-            "\n  help: programs see the system's folders and their own; if the missing file is elsewhere, name its \
-             folder with --readable"
-        }
-        false => "",
-    };
-    format!("; it printed:\n{said}{hint}")
+    let misses_file = is_hidden && MISSING.iter().any(|words| text.contains(words));
+    LastOutput { text: text.into(), misses_file }
 }
 
 /// How interpreters and loaders say that a module, a library or a file is missing.

@@ -5,28 +5,18 @@ use std::path::{Path, PathBuf};
 
 use scene::trace::{self, State, TraceFormat, TraceReader};
 
-use super::{StateSource, failure_of};
-use crate::suite::{Case, NoTrace, find_trace};
+use super::StateSource;
+use crate::suite::{Case, find_trace};
 use crate::verdict::Failure;
 
 /// Opens the trace of a scene.
 pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, Failure> {
-    let (path, format) = find_trace(folder, &case.id).map_err(|error| match error {
-        NoTrace::Missing { .. } => {
-            Failure::Missing { detail: format!("there is no trace: {error}").into() }
-        }
-        NoTrace::Several { .. } => {
-            Failure::NoOutput { detail: format!("ambiguous trace: {error}").into() }
-        }
-    })?;
+    let (path, format) = find_trace(folder, &case.id).map_err(Failure::NoTrace)?;
     if leads_out(&path, folder) {
-        let detail = format!(
-            "there is no trace: {} is a link that leads out of the submission",
-            path.display()
-        );
-        return Err(Failure::NoOutput { detail: detail.into() });
+        let reason = format!("{} is a link that leads out of the submission", path.display());
+        return Err(Failure::Unreadable { reason: reason.into() });
     }
-    let reader = trace::open_of_scene(&path, format, &case.scene).map_err(failure_of)?;
+    let reader = trace::open_of_scene(&path, format, &case.scene).map_err(Failure::of_trace)?;
     Ok(Box::new(TraceFile { reader, path, format, states: 0 }))
 }
 

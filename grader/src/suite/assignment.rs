@@ -151,7 +151,7 @@ pub enum AssignmentError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The fault.
         message: String,
     },
     /// There is no assignment of this name.

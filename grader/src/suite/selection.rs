@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pattern_has_the_first_meaning_that_applies() {
+    fn first_matching_meaning_of_a_pattern_applies() {
         let [net, green, ten, two, damped, chain] = NAMES.map(|(name, _)| name);
         for (pattern, names) in [
             ("Spring/two-springs", &[two][..]),

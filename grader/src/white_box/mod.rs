@@ -45,7 +45,7 @@ use tally::Tally;
 /// Settings of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Config {
-    /// Number of random states for each force and dimension, beside the hard ones.
+    /// Number of random states for each force and dimension, in addition to the hard ones.
     pub states: u32,
     /// Seed of the random states.
     pub seed: u64,

@@ -277,7 +277,7 @@ pub struct PropertyFinding {
     pub state: Option<Box<CheckState>>,
 }
 
-/// Properties of a force beside its derivatives.
+/// Properties of a force other than its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Property {
     /// The force is the law's.

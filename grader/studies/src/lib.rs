@@ -4,3 +4,5 @@ pub mod accuracy;
 pub mod needs;
 pub mod report;
 pub mod stability;
+
+mod store;

@@ -61,6 +61,10 @@ impl Validator<'_> {
             },
             "format" => match value.as_str() {
                 Some("uint" | "uint32" | "uint64") => !instance.is_number() || instance.is_u64(),
+                Some("int32") => {
+                    !instance.is_number()
+                        || instance.as_i64().is_some_and(|n| i32::try_from(n).is_ok())
+                }
                 Some("double") => !instance.is_number() || instance.as_f64().is_some(),
                 _ => return Err(format!("{at}: unknown format {value}")),
             },
@@ -149,13 +153,14 @@ fn invalid_documents_are_refused_by_place_and_keyword() {
                 "maxItems": 2,
             },
             "list": { "type": ["array", "null"], "items": { "type": "boolean" } },
+            "status": { "type": "integer", "format": "int32" },
         },
         "additionalProperties": { "type": "null" },
         "required": ["name"],
         "$defs": { "place": { "type": "array", "items": { "type": "number" } } },
     });
     let right = serde_json::json!({
-        "name": "n", "count": 3, "place": [1.5, 2], "kind": "b", "pair": [0, ""], "list": [true], "more": null,
+        "name": "n", "count": 3, "place": [1.5, 2], "kind": "b", "pair": [0, ""], "list": [true], "more": null, "status": -1,
     });
     validate(&schema, &right).unwrap();
     validate(&schema, &serde_json::json!({ "name": "", "list": null, "place": null })).unwrap();
@@ -170,6 +175,7 @@ fn invalid_documents_are_refused_by_place_and_keyword() {
         ("pair", serde_json::json!([0, "", 1]), "/pair: [0,\"\",1] does not fit maxItems"),
         ("pair", serde_json::json!([0, 1]), "/pair/1: 1 does not fit type"),
         ("list", serde_json::json!([true, 0]), "/list/1: 0 does not fit type"),
+        ("status", serde_json::json!(1_u64 << 31), "/status: 2147483648 does not fit"),
         ("more", serde_json::json!(0), "/more: 0 does not fit type"),
     ] {
         let mut wrong = right.clone();

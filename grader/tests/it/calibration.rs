@@ -167,7 +167,7 @@ fn every_scene_is_measured_with_a_dozen_variants_and_four_of_five_are_much_tight
 }
 
 #[test]
-fn the_stored_envelope_is_the_one_that_is_measured() {
+fn stored_envelopes_match_measurements() {
     let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
     // The order of summation in larger systems depends on the processor.
     let cases = suite().cases;
@@ -201,7 +201,7 @@ fn beyond_the_horizon_a_correct_program_passes_although_its_states_differ() {
 /// Why the chaotic scene fails beyond its horizon.
 fn drift(case: &Case, run: impl StateSource) -> String {
     match judge(case, run).verdict {
-        Verdict::Fail(Failure::Drifts { detail }) => detail.text(),
+        Verdict::Fail(failure @ Failure::Drifts { .. }) => failure.to_string(),
         verdict => panic!("{verdict}"),
     }
 }

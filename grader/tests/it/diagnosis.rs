@@ -28,7 +28,7 @@ fn wrong(scene: &str, changed: Option<usize>) -> Vec<[u64; 2]> {
 }
 
 #[test]
-fn wrong_state_spoils_only_steps_that_use_it() {
+fn wrong_state_affects_only_its_own_steps() {
     let [one_step, two_step] =
         ["HigherOrder/swinging-triangle-midpoint", "HigherOrder/swinging-triangle-bdf2"];
     for scene in [one_step, two_step] {

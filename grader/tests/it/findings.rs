@@ -7,6 +7,7 @@ use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::StateSource;
+use grader::suite::NoTrace;
 use grader::suite::assignment::Assignment;
 use grader::verdict::{Failure, Verdict};
 use scene::Scene;
@@ -52,8 +53,8 @@ fn findings(changes: &[Change], written: fn(Vec<State>) -> Vec<State>) -> Vec<Fi
     let grading = grading::collect(&suite, String::new(), &oracle, &rubric, |case, criteria| {
         grading::judge(case, &oracle, criteria, || {
             if case.scene.particles.len() > SMALL {
-                let detail = "there is no trace".into();
-                return Err(Verdict::Fail(Failure::Missing { detail }));
+                let missing = NoTrace::Missing { stem: (&case.id).into(), other_case: None };
+                return Err(Verdict::Fail(Failure::NoTrace(missing)));
             }
             let states = written(states(&case.scene, changes));
             Ok(Box::new(States(states.into_iter())) as Box<dyn StateSource>)
@@ -77,7 +78,7 @@ fn candidate(words: &str) -> Change {
 }
 
 #[test]
-fn a_change_is_named_from_the_traces_that_it_makes() {
+fn changes_are_identified_from_traces() {
     assert_eq!(findings(&[], |states| states), []);
     for words in [
         "explicit-euler: fixed particles stand still, although they have a velocity",
@@ -106,7 +107,7 @@ fn a_change_is_named_from_the_traces_that_it_makes() {
 }
 
 #[test]
-fn states_that_are_written_late_are_a_fault_of_the_output() {
+fn states_written_a_step_late_are_an_output_fault() {
     let late = |mut states: Vec<State>| {
         states.insert(0, states[0].clone());
         states.pop();

@@ -168,7 +168,7 @@ fn pins_by_penalty_give_way_in_proportion_to_one_over_their_weight() {
 }
 
 #[test]
-fn a_pin_keeps_the_velocity_that_its_scene_gives_it() {
+fn pins_keep_their_scene_velocity() {
     let elements = chain(2).replacen(r#"vx="0""#, r#"vx="0.75""#, 1);
     for pins in ["elimination", "penalty"] {
         let mut simulation = Simulation::new(&scene(&elements, 0.01, 100, &[("pins", pins)]));
@@ -248,7 +248,7 @@ fn no_round_increases_the_energy() {
 }
 
 #[test]
-fn the_number_of_rounds_is_what_was_asked_for() {
+fn number_of_rounds_is_as_requested() {
     let (_, statistics) = run(&scene(&chain(2), 0.01, 5, &[("iterations", "7")]));
     let rounds = (statistics.local_global_iterations, statistics.max_local_global_iterations);
     assert_eq!((rounds, statistics.unconverged_steps), ((35, 7), 0));

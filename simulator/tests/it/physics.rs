@@ -259,7 +259,7 @@ fn the_force_at_rest_is_minus_the_gradient_of_the_energy() {
 }
 
 #[test]
-fn energies_and_jacobians_show_what_each_force_declares() {
+fn energies_and_jacobians_match_the_schema() {
     // Without this, two Jacobians of zeros would agree with each other above.
     for_each_force(2, |schema, scene| {
         let (system, [x, v]) = (System::<2>::new(scene), start(scene));
@@ -311,7 +311,7 @@ where
 }
 
 #[test]
-fn couplings_say_where_the_jacobians_are_not_zero_and_whether_they_are_symmetric() {
+fn couplings_cover_nonzero_jacobian_blocks_and_symmetry() {
     couplings_cover_the_jacobians::<2>();
     couplings_cover_the_jacobians::<3>();
 }
@@ -800,7 +800,7 @@ fn explicit_methods_evaluate_once_a_step_and_never_solve() {
 }
 
 #[test]
-fn methods_of_stages_evaluate_as_often_as_they_have_stages() {
+fn one_force_evaluation_per_stage() {
     let evaluations = |name, elements: &str| {
         let statistics = statistics(&scene(name, 0.01, 0.2, elements));
         assert_eq!((statistics.steps, statistics.assemblies), (20, 0), "{name}");

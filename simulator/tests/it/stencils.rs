@@ -125,7 +125,7 @@ fn three_particle_forces_and_jacobians_derive_from_their_energy() {
 }
 
 #[test]
-fn couplings_hold_each_stencil_that_moves_something() {
+fn couplings_list_every_active_stencil() {
     let mut scene = chain(5, Dimension::Two);
     scene.particles[..3].iter_mut().for_each(|particle| particle.fixed = true);
     let mut found = Vec::new();

@@ -65,7 +65,7 @@ struct CreativeRules {
     #[arg(long, value_name = "NAME")]
     assignment: Option<String>,
 
-    /// Time limit of a run of a scene; its check takes two runs, and 10 s beside them
+    /// Time limit of a run of a scene; its check takes two runs, and 10 s more
     #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
     seconds: u32,
 

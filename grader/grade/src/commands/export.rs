@@ -60,7 +60,7 @@ impl ExportCommand {
     }
 }
 
-/// What a platform grades.
+/// Scenes that a platform grades.
 #[derive(Args)]
 struct ContentArgs {
     /// The assignment that is graded; `grade assignments` lists them [default: the rubric's assignment, else every scene]

@@ -63,7 +63,7 @@ impl CheckArgs {
                 let found = self.findings(&inputs, &interrupt)?;
                 (Some(inputs), found)
             }
-            // What cannot be read is a fault of the pack, and hides the others.
+            // An unreadable part is a fault of the pack, and hides the others.
             Err(Stop(Exit::BadInput, message)) => {
                 print(format!("fault: {message}\n").as_bytes())?;
                 (None, Vec::new())

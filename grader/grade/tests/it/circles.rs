@@ -1,6 +1,6 @@
 //! No circle of imports in any crate, at the level of files.
 //!
-//! Of the files and folders that stand beside each other, each imports others in one direction. A folder counts as all of its
+//! Files and folders of one folder import each other in one direction. A folder counts as all of its
 //! files, so that this holds at every level. A `mod.rs` or `lib.rs` holds what its files share, and lists them: it and the
 //! files below it may name each other. What it re-exports counts as an import of the file that has it.
 

@@ -297,7 +297,7 @@ fn class_grades_equal_grades_of_single_runs() {
 }
 
 #[test]
-fn only_what_changed_is_graded_again() {
+fn only_changed_submissions_are_graded_again() {
     let project = Project::new();
     project.program("class/ada", RIGHT);
     project.program("class/bob", RIGHT);
@@ -372,7 +372,7 @@ fn pages_on_or_off_grade_nothing_again() {
     assert!(said.contains("1 submissions were graded without --html, and have no pages"), "{said}");
 }
 
-/// Whoever grades again after a change of the rubric or of scenes tells students why.
+/// After a change of the rubric or of scenes, a second grading lists the changed points with their reasons.
 #[test]
 fn changed_grades_are_listed_with_the_features_that_changed() {
     let project = Project::new();
@@ -391,7 +391,7 @@ fn changed_grades_are_listed_with_the_features_that_changed() {
     let feature = "[[feature]]\ngroup = \"Free\"\nintegrator = \"explicit-euler\"\n";
     project.write("assets/rubric.toml", &format!("{feature}points = 3\npartial = false\n"));
     let name = "required / Free / explicit-euler";
-    // Who lost points comes first; who has as many as before is not there.
+    // Lost points come first; unchanged students are not listed.
     let expected = [
         format!("changed: bob: 1 instead of 1.5 points ({name} 0/3 instead of 0.5/1)"),
         format!("changed: ada: 4 instead of 2 points ({name} 3/3 instead of 1/1)"),

@@ -26,7 +26,7 @@ fn rows(folder: &Folder) -> BTreeMap<String, (String, String)> {
     rows.collect()
 }
 
-/// What Python makes of a script in a folder.
+/// Output of a Python script in a folder.
 fn python(folder: &Path, script: &str) {
     let mut child = Command::new("python3")
         .current_dir(folder)

@@ -433,7 +433,7 @@ fn classroom_50_gets_whole_points_and_whose_they_are() {
         assert_eq!(result[name], value);
     }
     assert!(project.read("summary.md").contains("## Spring Oracle"));
-    // What cannot be graded is an error of the platform, not a result.
+    // A grader fault is an error of the platform, not a result.
     fs::remove_file(project.path("mine/result.json")).unwrap();
     fs::remove_dir_all(project.path("course/autograders/free/suite/expected")).unwrap();
     assert_eq!(python(&project, "mine", script, &variables).0, Some(1));
@@ -483,7 +483,7 @@ fn codio_gets_a_percentage_and_feedback() {
             && feedback.contains("Free/far"),
         "{feedback}"
     );
-    // What cannot be graded is no grade: Codio writes to the instructor.
+    // A grader fault is no grade: Codio writes to the instructor.
     fs::remove_file(project.path("codio/sent.json")).unwrap();
     fs::remove_dir_all(project.path("course/.guides/secure/spring-oracle/suite/expected")).unwrap();
     assert_eq!(run().0, Some(1));

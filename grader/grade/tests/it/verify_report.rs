@@ -60,7 +60,7 @@ fn report_names_its_inputs() {
 }
 
 #[test]
-fn a_report_is_verified_and_names_what_changed() {
+fn report_verification_names_changed_inputs() {
     let project = project();
     let run = verify(&project, "report.json", "class/ada");
     assert_eq!(run.code, 0, "{}", run.stderr);

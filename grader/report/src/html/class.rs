@@ -32,7 +32,7 @@ pub struct ClassResult<'a> {
     pub passed_over: &'a [PassedOver],
     /// The protections under which programs ran.
     pub protections: &'a [Protection],
-    /// What all submissions were graded by.
+    /// The common provenance of all submissions.
     pub provenance: &'a Provenance,
 }
 

@@ -1,4 +1,4 @@
-//! What is wrong with a submission, each with its proof.
+//! Findings of a submission, each with its proof.
 
 use std::collections::BTreeMap;
 use std::io;

@@ -186,7 +186,7 @@ fn scenes(html: &mut Html, grading: &Grading) {
     if scenes.is_empty() {
         return;
     }
-    // What failed comes first; otherwise the order of the suite.
+    // Failures first; otherwise the order of the suite.
     scenes.sort_by_key(|scene| scene.comparison.verdict.is_pass());
     html.markup("<section aria-labelledby=\"scenes\" data-filtered><h2 id=\"scenes\">Scenes</h2>");
     html.markup(

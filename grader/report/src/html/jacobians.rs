@@ -216,7 +216,7 @@ pub fn probing(probing: &Probing, name: &str, above: &[(String, String)]) -> Vec
             html.element("p", &[("class", "said")], &words);
         }
     }
-    // What is wrong comes first.
+    // Wrong ones first.
     let mut parts: Vec<&PartReport> = probing.parts.iter().collect();
     parts.sort_by_key(|part| Reverse(part.verdict()));
     for part in parts {

@@ -221,7 +221,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_opening_comment_says_what_a_scene_tests() {
+    fn opening_comment_is_the_scene_description() {
         let found = comment("<?xml version=\"1.0\"?>\n<!-- Tests\n   this. -->\n<scene/>");
         assert_eq!(found.as_deref(), Some("Tests this."));
         assert_eq!(comment("<scene><!-- not first --></scene>"), None);

@@ -5,9 +5,9 @@ use diagnosis::findings::{Feature, Part};
 use scene::schema::StepEquation;
 use scene::{ForceElement, Scene};
 
-use super::super::student::{Coefficient, Student, Vec3, wind};
+use super::super::student::{Coefficient, FastMassSpring, Vec3, wind};
 use super::{
-    Area, MULTIPLY_BY_H_SQUARED, Mistake, NEGATE, OMIT, OMIT_H, OMIT_QUANTITY, Operation,
+    Area, MULTIPLY_BY_H_SQUARED, Mistake, NEGATE, OMIT, OMIT_H, OMIT_QUANTITY, Operation, Place,
     SQUARE_QUANTITY, Scope, Subject, TAKE_ROOT_OF_H,
 };
 
@@ -66,12 +66,12 @@ pub(super) fn mistakes() -> Vec<Mistake> {
                     (true, false) => Task::System,
                     _ => Task::Round,
                 };
-                subject(name, task).mistake(description, move |s| {
+                subject(name, task).mistake(description, move |method| {
                     if in_matrix {
-                        operation(&mut s.fast_mass_spring.matrix[*place]);
+                        operation(&mut method.matrix[*place]);
                     }
                     if in_right {
-                        operation(&mut s.fast_mass_spring.right[*place]);
+                        operation(&mut method.right[*place]);
                     }
                 })
             }));
@@ -81,9 +81,12 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     mistakes
 }
 
-fn subject(name: &'static str, task: Task) -> Subject {
-    let scope = Scope::Within(NAME, |_| true, Feature::Task(task));
-    Subject { area: Area::Integrator, name, scope }
+fn place(area: Area, name: &'static str, scope: Scope) -> Place<FastMassSpring> {
+    Place { subject: Subject { area, name, scope }, of: |s| &mut s.fast_mass_spring }
+}
+
+fn subject(name: &'static str, task: Task) -> Place<FastMassSpring> {
+    place(Area::Integrator, name, Scope::Within(NAME, |_| true, Feature::Task(task)))
 }
 
 fn in_steps() -> Vec<Mistake> {
@@ -92,18 +95,16 @@ fn in_steps() -> Vec<Mistake> {
     let rest = subject("fast mass-spring, rest lengths", Task::RestLengths);
     let of = subject("fast mass-spring", Task::Round);
     vec![
-        local.mistake("d without l0", |s| s.fast_mass_spring.local = |v, _| v.normalize()),
-        local.mistake("d not normalised", |s| s.fast_mass_spring.local = |v, l0| l0 * v),
-        local.mistake("d is the spring itself", |s| s.fast_mass_spring.local = |v, _| v),
-        local.mistake("wrong sign of d", |s| {
-            s.fast_mass_spring.local = |v, l0| -l0 * v.normalize();
+        local.mistake("d without l0", |method| method.local = |v, _| v.normalize()),
+        local.mistake("d not normalised", |method| method.local = |v, l0| l0 * v),
+        local.mistake("d is the spring itself", |method| method.local = |v, _| v),
+        local.mistake("wrong sign of d", |method| method.local = |v, l0| -l0 * v.normalize()),
+        local.mistake("springs pull only", |method| {
+            method.local = |v, l0| v.norm().min(l0) * v.normalize()
         }),
-        local.mistake("springs pull only", |s| {
-            s.fast_mass_spring.local = |v, l0| v.norm().min(l0) * v.normalize();
-        }),
-        incidence.mistake("both ends of A are 1", |s| s.fast_mass_spring.incidence = [1.0; 2]),
-        incidence.mistake("one end of A only", |s| s.fast_mass_spring.incidence = [1.0, 0.0]),
-        incidence.mistake("the last row of A is missing", |s| {
+        incidence.mistake("both ends of A are 1", |method| method.incidence = [1.0; 2]),
+        incidence.mistake("one end of A only", |method| method.incidence = [1.0, 0.0]),
+        incidence.subject.mistake("the last row of A is missing", |s| {
             s.read = |scene| {
                 let is_spring = |element: &ForceElement| element.schema.tag == "springforce";
                 let last = scene.forces.iter().rposition(is_spring);
@@ -112,11 +113,9 @@ fn in_steps() -> Vec<Mistake> {
                 }
             };
         }),
-        rest.mistake("squared", |s| {
-            s.fast_mass_spring.local = |v, l0| l0 * l0 * v.normalize();
-        }),
-        rest.mistake("all 0", |s| s.fast_mass_spring.local = |_, _| Vec3::zeros()),
-        rest.mistake("those of the first spring", |s| {
+        rest.mistake("squared", |method| method.local = |v, l0| l0 * l0 * v.normalize()),
+        rest.mistake("all 0", |method| method.local = |_, _| Vec3::zeros()),
+        rest.subject.mistake("those of the first spring", |s| {
             s.read = |scene| {
                 let springs = scene.forces.iter_mut();
                 let springs = springs.filter(|element| element.schema.tag == "springforce");
@@ -129,27 +128,25 @@ fn in_steps() -> Vec<Mistake> {
                 }
             };
         }),
-        of.mistake("a single round", |s| s.fast_mass_spring.rounds = |_| 1),
-        of.mistake("half the rounds", |s| s.fast_mass_spring.rounds = |rounds| rounds / 2),
-        of.mistake("a round too few", |s| s.fast_mass_spring.rounds = |rounds| rounds - 1),
-        of.mistake("a round too many", |s| s.fast_mass_spring.rounds = |rounds| rounds + 1),
-        of.mistake("starts from q + h v", |s| s.fast_mass_spring.first = |q, v, h| q + h * v),
-        of.mistake("y = q", |s| s.fast_mass_spring.ahead = |q, _, _| q),
-        of.mistake("y = q + v", |s| s.fast_mass_spring.ahead = |q, v, _| q + v),
-        of.mistake("y = q − h v", |s| s.fast_mass_spring.ahead = |q, v, h| q - h * v),
-        of.mistake("y = q + 2 h v", |s| s.fast_mass_spring.ahead = |q, v, h| q + 2.0 * h * v),
-        of.mistake("y = h v", |s| s.fast_mass_spring.ahead = |_, v, h| h * v),
-        of.mistake("damps velocities by a hundredth", |s| {
-            s.fast_mass_spring.ahead = |q, v, h| q + 0.99 * h * v;
+        of.mistake("a single round", |method| method.rounds = |_| 1),
+        of.mistake("half the rounds", |method| method.rounds = |rounds| rounds / 2),
+        of.mistake("a round too few", |method| method.rounds = |rounds| rounds - 1),
+        of.mistake("a round too many", |method| method.rounds = |rounds| rounds + 1),
+        of.mistake("starts from q + h v", |method| method.first = |q, v, h| q + h * v),
+        of.mistake("y = q", |method| method.ahead = |q, _, _| q),
+        of.mistake("y = q + v", |method| method.ahead = |q, v, _| q + v),
+        of.mistake("y = q − h v", |method| method.ahead = |q, v, h| q - h * v),
+        of.mistake("y = q + 2 h v", |method| method.ahead = |q, v, h| q + 2.0 * h * v),
+        of.mistake("y = h v", |method| method.ahead = |_, v, h| h * v),
+        of.mistake("damps velocities by a hundredth", |method| {
+            method.ahead = |q, v, h| q + 0.99 * h * v
         }),
-        of.mistake("external forces missing", |s| OMIT(&mut s.fast_mass_spring.right[3])),
-        of.mistake("external forces times h²", |s| {
-            MULTIPLY_BY_H_SQUARED(&mut s.fast_mass_spring.right[3]);
+        of.mistake("external forces missing", |method| OMIT(&mut method.right[3])),
+        of.mistake("external forces times h²", |method| {
+            MULTIPLY_BY_H_SQUARED(&mut method.right[3])
         }),
-        of.mistake("velocity not renewed", |s| s.fast_mass_spring.velocity = |_, _, v, _| v),
-        of.mistake("velocity without 1/h", |s| {
-            s.fast_mass_spring.velocity = |q, p, _, _| p - q;
-        }),
+        of.mistake("velocity not renewed", |method| method.velocity = |_, _, v, _| v),
+        of.mistake("velocity without 1/h", |method| method.velocity = |q, p, _, _| p - q),
     ]
 }
 
@@ -157,31 +154,24 @@ fn in_pins() -> Vec<Mistake> {
     let feature = Feature::Task(Task::Selection);
     let by_penalty =
         |scene: &Scene| scene.integrator_options.choice("pins") == "penalty" && n_pins(scene) > 0;
-    let of = |name, has: fn(&Scene) -> bool| Subject {
-        scope: Scope::Within(NAME, has, feature),
-        area: Area::Fixed,
-        name,
+    let of = |has: fn(&Scene) -> bool| {
+        place(Area::Fixed, "fast mass-spring, pins", Scope::Within(NAME, has, feature))
     };
-    let [penalty, any, several] = [
-        of("fast mass-spring, pins", by_penalty),
-        of("fast mass-spring, pins", |scene| n_pins(scene) > 0),
-        of("fast mass-spring, pins", |scene| n_pins(scene) > 1),
-    ];
-    let on_both = |s: &mut Student, operation: fn(&mut Coefficient)| {
-        operation(&mut s.fast_mass_spring.matrix[2]);
-        operation(&mut s.fast_mass_spring.right[2]);
+    let [penalty, any, several] =
+        [of(by_penalty), of(|scene| n_pins(scene) > 0), of(|scene| n_pins(scene) > 1)];
+    let on_both = |method: &mut FastMassSpring, operation: fn(&mut Coefficient)| {
+        operation(&mut method.matrix[2]);
+        operation(&mut method.right[2]);
     };
     vec![
-        penalty.mistake("not held", move |s| on_both(s, OMIT)),
-        penalty.mistake("weight is 1", move |s| on_both(s, OMIT_QUANTITY)),
-        penalty.mistake("held where it was a step before", |s| {
-            s.fast_mass_spring.pinned_at = |_, q| q;
-        }),
-        penalty.mistake("missing in Q", |s| OMIT(&mut s.fast_mass_spring.matrix[2])),
-        penalty.mistake("missing in b", |s| OMIT(&mut s.fast_mass_spring.right[2])),
-        penalty.mistake("wrong sign in Q", |s| NEGATE(&mut s.fast_mass_spring.matrix[2])),
-        penalty.mistake("wrong sign in b", |s| NEGATE(&mut s.fast_mass_spring.right[2])),
-        several.mistake("only the first is held", |s| {
+        penalty.mistake("not held", move |method| on_both(method, OMIT)),
+        penalty.mistake("weight is 1", move |method| on_both(method, OMIT_QUANTITY)),
+        penalty.mistake("held where it was a step before", |method| method.pinned_at = |_, q| q),
+        penalty.mistake("missing in Q", |method| OMIT(&mut method.matrix[2])),
+        penalty.mistake("missing in b", |method| OMIT(&mut method.right[2])),
+        penalty.mistake("wrong sign in Q", |method| NEGATE(&mut method.matrix[2])),
+        penalty.mistake("wrong sign in b", |method| NEGATE(&mut method.right[2])),
+        several.subject.mistake("only the first is held", |s| {
             s.read = |scene| {
                 let fixed = scene.particles.iter_mut().filter(|particle| particle.fixed);
                 if scene.integrator.equation == StepEquation::LocalGlobal {
@@ -189,7 +179,7 @@ fn in_pins() -> Vec<Mistake> {
                 }
             };
         }),
-        any.mistake("counted from 0", |s| {
+        any.subject.mistake("counted from 0", |s| {
             s.read = |scene| {
                 if scene.integrator.equation == StepEquation::LocalGlobal {
                     let mut fixed: Vec<bool> = scene.particles.iter().map(|p| p.fixed).collect();
@@ -211,40 +201,41 @@ fn in_constant_force() -> Vec<Mistake> {
         has(scene, "constantforce")
     });
     vec![
-        of.mistake("missing", |s| s.fast_mass_spring.constant_force = |_, _| Vec3::zeros()),
-        of.mistake("wrong sign", |s| s.fast_mass_spring.constant_force = |f, _| -f),
-        of.mistake("scaled by mass", |s| s.fast_mass_spring.constant_force = |f, m| m * f),
-        of.mistake("y and z swapped", |s| s.fast_mass_spring.constant_force = |f, _| f.xzy()),
+        of.mistake("missing", |method| method.constant_force = |_, _| Vec3::zeros()),
+        of.mistake("wrong sign", |method| method.constant_force = |f, _| -f),
+        of.mistake("scaled by mass", |method| method.constant_force = |f, m| m * f),
+        of.mistake("y and z swapped", |method| method.constant_force = |f, _| f.xzy()),
     ]
 }
 
 fn in_wind() -> Vec<Mistake> {
     let of = under("fast mass-spring, wind", "windforce", |scene| has(scene, "windforce"));
     vec![
-        of.mistake("missing", |s| s.fast_mass_spring.wind = |_| Vec3::zeros()),
-        of.mistake("wrong sign", |s| {
-            s.fast_mass_spring.wind = |gust| -wind(gust.place + gust.time);
+        of.mistake("missing", |method| method.wind = |_| Vec3::zeros()),
+        of.mistake("wrong sign", |method| method.wind = |gust| -wind(gust.place + gust.time)),
+        of.mistake("scaled by mass", |method| {
+            method.wind = |gust| gust.mass * wind(gust.place + gust.time)
         }),
-        of.mistake("scaled by mass", |s| {
-            s.fast_mass_spring.wind = |gust| gust.mass * wind(gust.place + gust.time);
+        of.mistake("the same everywhere", |method| method.wind = |gust| wind(gust.time)),
+        of.mistake("where the particle started", |method| {
+            method.wind = |gust| wind(gust.start + gust.time)
         }),
-        of.mistake("the same everywhere", |s| s.fast_mass_spring.wind = |gust| wind(gust.time)),
-        of.mistake("where the particle started", |s| {
-            s.fast_mass_spring.wind = |gust| wind(gust.start + gust.time);
+        of.mistake("the same at any time", |method| method.wind = |gust| wind(gust.place)),
+        of.mistake("that of the end of the step", |method| {
+            method.wind = |gust| wind(gust.place + gust.time + gust.h)
         }),
-        of.mistake("the same at any time", |s| s.fast_mass_spring.wind = |gust| wind(gust.place)),
-        of.mistake("that of the end of the step", |s| {
-            s.fast_mass_spring.wind = |gust| wind(gust.place + gust.time + gust.h);
-        }),
-        of.mistake("y and z swapped", |s| {
-            s.fast_mass_spring.wind = |gust| wind(gust.place + gust.time).xzy();
+        of.mistake("y and z swapped", |method| {
+            method.wind = |gust| wind(gust.place + gust.time).xzy()
         }),
     ]
 }
 
-fn under(name: &'static str, tag: &'static str, matters: fn(&Scene) -> bool) -> Subject {
-    let scope = Scope::Within(NAME, matters, Feature::Force(Part::All(tag)));
-    Subject { area: Area::Force, name, scope }
+fn under(
+    name: &'static str,
+    tag: &'static str,
+    matters: fn(&Scene) -> bool,
+) -> Place<FastMassSpring> {
+    place(Area::Force, name, Scope::Within(NAME, matters, Feature::Force(Part::All(tag))))
 }
 
 fn has(scene: &Scene, tag: &str) -> bool {

@@ -4,9 +4,10 @@ use diagnosis::findings::Part;
 use scene::Scene;
 
 use super::super::student::{
-    self, BodyForce, PairForce, Student, Vec2, constant_force, drag, quarter_turn, simple_gravity,
+    self, BodyForce, PairForce, PairFormula, Student, Vec2, constant_force, drag, quarter_turn,
+    simple_gravity,
 };
-use super::{Area, Mistake, Scope, Subject};
+use super::{Area, Mistake, Place, Scope, Subject};
 
 pub(super) fn mistakes() -> Vec<Mistake> {
     let groups = [
@@ -22,8 +23,8 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     groups.into_iter().flatten().collect()
 }
 
-fn subject(name: &'static str, part: Part) -> Subject {
-    Subject { area: Area::Force, name, scope: Scope::Force(part) }
+fn place<T>(name: &'static str, part: Part, of: fn(&mut Student) -> &mut T) -> Place<T> {
+    Place { subject: Subject { area: Area::Force, name, scope: Scope::Force(part) }, of }
 }
 
 /// Keeps only the last element with this tag.
@@ -46,60 +47,65 @@ fn keep_last_on_each_edge(scene: &mut Scene) {
     });
 }
 
-/// Mistakes possible in any force on single particles.
-fn in_any(subject: &Subject, of: fn(&mut Student) -> &mut BodyForce) -> Vec<Mistake> {
-    vec![subject.mistake("missing", move |s| *of(s) = |_, _| Vec2::zeros())]
+impl Place<BodyForce> {
+    fn law(&self, description: &'static str, law: BodyForce) -> Mistake {
+        self.mistake(description, move |force| *force = law)
+    }
+
+    /// Mistakes possible in any force on single particles, and these.
+    fn with(&self, mistakes: impl IntoIterator<Item = Mistake>) -> Vec<Mistake> {
+        [self.law("missing", |_, _| Vec2::zeros())].into_iter().chain(mistakes).collect()
+    }
 }
 
-/// Mistakes possible in any pair force.
-fn in_any_pair(subject: &Subject, of: fn(&mut Student) -> &mut PairForce) -> Vec<Mistake> {
-    vec![
-        subject.mistake("missing", move |s| of(s).share = |_| [Vec2::zeros(); 2]),
-        subject.mistake("wrong sign", move |s| of(s).share = |f| [-f, f]),
-        subject.mistake("reaction on j missing", move |s| of(s).share = |f| [f, Vec2::zeros()]),
-        subject.mistake("acts on j only", move |s| of(s).share = |f| [Vec2::zeros(), -f]),
-        subject.mistake("reaction on j with the sign of the action", move |s| {
-            of(s).share = |f| [f, f];
-        }),
-    ]
+impl Place<PairForce> {
+    fn law(&self, description: &'static str, on_i: PairFormula<Vec2>) -> Mistake {
+        self.mistake(description, move |force| force.on_i = on_i)
+    }
+
+    fn share(&self, description: &'static str, share: fn(Vec2) -> [Vec2; 2]) -> Mistake {
+        self.mistake(description, move |force| force.share = share)
+    }
+
+    /// Mistakes possible in any pair force, and these.
+    fn with(&self, mistakes: impl IntoIterator<Item = Mistake>) -> Vec<Mistake> {
+        let usual = [
+            self.share("missing", |_| [Vec2::zeros(); 2]),
+            self.share("wrong sign", |f| [-f, f]),
+            self.share("reaction on j missing", |f| [f, Vec2::zeros()]),
+            self.share("acts on j only", |f| [Vec2::zeros(), -f]),
+            self.share("reaction on j with the sign of the action", |f| [f, f]),
+        ];
+        usual.into_iter().chain(mistakes).collect()
+    }
 }
 
 fn in_simple_gravity() -> Vec<Mistake> {
-    let of = subject("simple gravity", Part::All("simplegravity"));
-    let mut mistakes = in_any(&of, |s| &mut s.simple_gravity);
-    mistakes.extend([
-        of.mistake("wrong sign", |s| s.simple_gravity = |body, p| -simple_gravity(body, p)),
-        of.mistake("not scaled by mass", |s| s.simple_gravity = |_, p| Vec2::new(p["fx"], p["fy"])),
-        of.mistake("x and y swapped", |s| {
-            s.simple_gravity = |body, p| body.m * Vec2::new(p["fy"], p["fx"]);
-        }),
-        of.mistake("only along y", |s| {
-            s.simple_gravity = |body, p| body.m * Vec2::new(0.0, p["fy"])
-        }),
-        of.mistake("only the last of several elements counts", |s| {
+    let of = place("simple gravity", Part::All("simplegravity"), |s| &mut s.simple_gravity);
+    of.with([
+        of.law("wrong sign", |body, p| -simple_gravity(body, p)),
+        of.law("not scaled by mass", |_, p| Vec2::new(p["fx"], p["fy"])),
+        of.law("x and y swapped", |body, p| body.m * Vec2::new(p["fy"], p["fx"])),
+        of.law("only along y", |body, p| body.m * Vec2::new(0.0, p["fy"])),
+        of.subject.mistake("only the last of several elements counts", |s| {
             s.read = |scene| keep_last(scene, "simplegravity");
         }),
-    ]);
-    mistakes
+    ])
 }
 
 fn in_constant_force() -> Vec<Mistake> {
-    let of = subject("constant force", Part::All("constantforce"));
-    let mut mistakes = in_any(&of, |s| &mut s.constant_force);
-    mistakes.extend([
-        of.mistake("wrong sign", |s| s.constant_force = |body, p| -constant_force(body, p)),
-        of.mistake("scaled by mass", |s| {
-            s.constant_force = |body, p| body.m * constant_force(body, p);
+    let of = place("constant force", Part::All("constantforce"), |s| &mut s.constant_force);
+    of.with([
+        of.law("wrong sign", |body, p| -constant_force(body, p)),
+        of.law("scaled by mass", |body, p| body.m * constant_force(body, p)),
+        of.law("x and y swapped", |_, p| Vec2::new(p["fy"], p["fx"])),
+        of.law("only the first particle feels it", |body, p| {
+            first_only(body, constant_force(body, p))
         }),
-        of.mistake("x and y swapped", |s| s.constant_force = |_, p| Vec2::new(p["fy"], p["fx"])),
-        of.mistake("only the first particle feels it", |s| {
-            s.constant_force = |body, p| first_only(body, constant_force(body, p));
-        }),
-        of.mistake("only the last of several elements counts", |s| {
+        of.subject.mistake("only the last of several elements counts", |s| {
             s.read = |scene| keep_last(scene, "constantforce");
         }),
-    ]);
-    mistakes
+    ])
 }
 
 fn first_only(body: &student::Body, force: Vec2) -> Vec2 {
@@ -107,197 +113,141 @@ fn first_only(body: &student::Body, force: Vec2) -> Vec2 {
 }
 
 fn in_elastic_force() -> Vec<Mistake> {
-    let of = subject("spring, elastic force", Part::One("springforce", "elastic"));
-    let mut mistakes = in_any_pair(&of, |s| &mut s.elastic);
-    mistakes.extend([
-        of.mistake("no rest length", |s| s.elastic.on_i = |pair, p| -p["k"] * pair.d()),
-        of.mistake("rest length added instead of subtracted", |s| {
-            s.elastic.on_i = |pair, p| -p["k"] * (pair.l() + p["l0"]) * pair.n();
+    let of =
+        place("spring, elastic force", Part::One("springforce", "elastic"), |s| &mut s.elastic);
+    of.with([
+        of.law("no rest length", |pair, p| -p["k"] * pair.d()),
+        of.law("rest length added instead of subtracted", |pair, p| {
+            -p["k"] * (pair.l() + p["l0"]) * pair.n()
         }),
-        of.mistake("stiffness missing", |s| {
-            s.elastic.on_i = |pair, p| -(pair.l() - p["l0"]) * pair.n();
+        of.law("stiffness missing", |pair, p| -(pair.l() - p["l0"]) * pair.n()),
+        of.law("stiffness doubled (energy without its 1/2)", |pair, p| {
+            -2.0 * p["k"] * (pair.l() - p["l0"]) * pair.n()
         }),
-        of.mistake("stiffness doubled (energy without its 1/2)", |s| {
-            s.elastic.on_i = |pair, p| -2.0 * p["k"] * (pair.l() - p["l0"]) * pair.n();
+        of.law("stiffness halved (1/2 kept in the gradient)", |pair, p| {
+            -0.5 * p["k"] * (pair.l() - p["l0"]) * pair.n()
         }),
-        of.mistake("stiffness halved (1/2 kept in the gradient)", |s| {
-            s.elastic.on_i = |pair, p| -0.5 * p["k"] * (pair.l() - p["l0"]) * pair.n();
+        of.law("direction not normalised", |pair, p| -p["k"] * (pair.l() - p["l0"]) * pair.d()),
+        of.law("only pulls, never pushes", |pair, p| {
+            -p["k"] * (pair.l() - p["l0"]).max(0.0) * pair.n()
         }),
-        of.mistake("direction not normalised", |s| {
-            s.elastic.on_i = |pair, p| -p["k"] * (pair.l() - p["l0"]) * pair.d();
-        }),
-        of.mistake("only pulls, never pushes", |s| {
-            s.elastic.on_i = |pair, p| -p["k"] * (pair.l() - p["l0"]).max(0.0) * pair.n();
-        }),
-        of.mistake("only one spring on each edge", |s| s.read = keep_last_on_each_edge),
-    ]);
-    mistakes
+        of.subject.mistake("only one spring on each edge", |s| s.read = keep_last_on_each_edge),
+    ])
 }
 
 fn in_green_force() -> Vec<Mistake> {
-    let of = subject("spring of squared length", Part::All("greenspringforce"));
-    let mut mistakes = in_any_pair(&of, |s| &mut s.green);
-    mistakes.extend([
-        of.mistake("factor 2 missing", |s| {
-            s.green.on_i = |pair, p| -p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.d();
+    let of = place("spring of squared length", Part::All("greenspringforce"), |s| &mut s.green);
+    of.with([
+        of.law("factor 2 missing", |pair, p| {
+            -p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.d()
         }),
-        of.mistake("factor 4 instead of 2", |s| {
-            s.green.on_i =
-                |pair, p| -4.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.d();
+        of.law("factor 4 instead of 2", |pair, p| {
+            -4.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.d()
         }),
-        of.mistake("lengths not squared", |s| {
-            s.green.on_i = |pair, p| -2.0 * p["k"] * (pair.l() / p["l0"] - 1.0) * pair.d();
+        of.law("lengths not squared", |pair, p| {
+            -2.0 * p["k"] * (pair.l() / p["l0"] - 1.0) * pair.d()
         }),
-        of.mistake("not divided by l0²", |s| {
-            s.green.on_i =
-                |pair, p| -2.0 * p["k"] * (pair.l().powi(2) - p["l0"].powi(2)) * pair.d();
+        of.law("not divided by l0²", |pair, p| {
+            -2.0 * p["k"] * (pair.l().powi(2) - p["l0"].powi(2)) * pair.d()
         }),
-        of.mistake("along the direction instead of the difference", |s| {
-            s.green.on_i =
-                |pair, p| -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.n();
+        of.law("along the direction instead of the difference", |pair, p| {
+            -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * pair.n()
         }),
-        of.mistake("a Hookean spring", |s| {
-            s.green.on_i = |pair, p| -p["k"] * (pair.l() - p["l0"]) * pair.n();
+        of.law("a Hookean spring", |pair, p| -p["k"] * (pair.l() - p["l0"]) * pair.n()),
+        of.law("pulls only", |pair, p| {
+            -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0).max(0.0) * pair.d()
         }),
-        of.mistake("pulls only", |s| {
-            s.green.on_i =
-                |pair, p| -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0).max(0.0) * pair.d();
-        }),
-    ]);
-    mistakes
+    ])
 }
 
 fn in_damping() -> Vec<Mistake> {
-    let of = subject("spring, damping", Part::One("springforce", "damping"));
-    let mut mistakes = in_any_pair(&of, |s| &mut s.damping);
-    mistakes.extend([
-        of.mistake("not projected on the spring's axis", |s| {
-            s.damping.on_i = |pair, p| -p["b"] * pair.w();
-        })
-        .missed_by_the_course(),
-        of.mistake("uses the velocity of i only", |s| {
-            s.damping.on_i = |pair, p| -p["b"] * pair.n().dot(&pair.v[0]) * pair.n();
+    let of = place("spring, damping", Part::One("springforce", "damping"), |s| &mut s.damping);
+    of.with([
+        of.law("not projected on the spring's axis", |pair, p| -p["b"] * pair.w())
+            .missed_by_the_course(),
+        of.law("uses the velocity of i only", |pair, p| {
+            -p["b"] * pair.n().dot(&pair.v[0]) * pair.n()
         }),
-        of.mistake("adds the velocities of i and j", |s| {
-            s.damping.on_i = |pair, p| -p["b"] * pair.n().dot(&(pair.v[0] + pair.v[1])) * pair.n();
+        of.law("adds the velocities of i and j", |pair, p| {
+            -p["b"] * pair.n().dot(&(pair.v[0] + pair.v[1])) * pair.n()
         }),
-        of.mistake("coefficient missing", |s| {
-            s.damping.on_i = |pair, _| -pair.n().dot(&pair.w()) * pair.n();
+        of.law("coefficient missing", |pair, _| -pair.n().dot(&pair.w()) * pair.n()),
+        of.law("scaled by the spring's stiffness", |pair, p| {
+            -p["k"] * p["b"] * pair.n().dot(&pair.w()) * pair.n()
         }),
-        of.mistake("scaled by the spring's stiffness", |s| {
-            s.damping.on_i = |pair, p| -p["k"] * p["b"] * pair.n().dot(&pair.w()) * pair.n();
+        of.law("direction not normalised", |pair, p| -p["b"] * pair.d().dot(&pair.w()) * pair.d()),
+        of.law("speed instead of velocity along the axis", |pair, p| {
+            -p["b"] * pair.n().dot(&pair.w()).abs() * pair.n()
         }),
-        of.mistake("direction not normalised", |s| {
-            s.damping.on_i = |pair, p| -p["b"] * pair.d().dot(&pair.w()) * pair.d();
-        }),
-        of.mistake("speed instead of velocity along the axis", |s| {
-            s.damping.on_i = |pair, p| -p["b"] * pair.n().dot(&pair.w()).abs() * pair.n();
-        }),
-    ]);
-    mistakes
+    ])
 }
 
 fn in_gravitation() -> Vec<Mistake> {
-    let of = subject("gravitation", Part::All("gravitationalforce"));
-    let mut mistakes = in_any_pair(&of, |s| &mut s.gravitation);
-    mistakes.extend([
-        of.mistake("G missing", |s| {
-            s.gravitation.on_i = |pair, _| -pair.m[0] * pair.m[1] / pair.l().powi(2) * pair.n();
+    let of = place("gravitation", Part::All("gravitationalforce"), |s| &mut s.gravitation);
+    of.with([
+        of.law("G missing", |pair, _| -pair.m[0] * pair.m[1] / pair.l().powi(2) * pair.n()),
+        of.law("first mass missing", |pair, p| -p["G"] * pair.m[1] / pair.l().powi(2) * pair.n()),
+        of.law("second mass missing", |pair, p| -p["G"] * pair.m[0] / pair.l().powi(2) * pair.n()),
+        of.law("1/l instead of 1/l²", |pair, p| {
+            -p["G"] * pair.m[0] * pair.m[1] / pair.l() * pair.n()
         }),
-        of.mistake("first mass missing", |s| {
-            s.gravitation.on_i = |pair, p| -p["G"] * pair.m[1] / pair.l().powi(2) * pair.n();
+        of.law("1/l³ instead of 1/l²", |pair, p| {
+            -p["G"] * pair.m[0] * pair.m[1] / pair.l().powi(3) * pair.n()
         }),
-        of.mistake("second mass missing", |s| {
-            s.gravitation.on_i = |pair, p| -p["G"] * pair.m[0] / pair.l().powi(2) * pair.n();
-        }),
-        of.mistake("1/l instead of 1/l²", |s| {
-            s.gravitation.on_i = |pair, p| -p["G"] * pair.m[0] * pair.m[1] / pair.l() * pair.n();
-        }),
-        of.mistake("1/l³ instead of 1/l²", |s| {
-            s.gravitation.on_i =
-                |pair, p| -p["G"] * pair.m[0] * pair.m[1] / pair.l().powi(3) * pair.n();
-        }),
-        of.mistake("only the last of several elements counts", |s| {
+        of.subject.mistake("only the last of several elements counts", |s| {
             s.read = |scene| keep_last(scene, "gravitationalforce");
         }),
-    ]);
-    mistakes
+    ])
 }
 
 fn in_drag() -> Vec<Mistake> {
-    let of = subject("linear drag", Part::All("dragdamping"));
-    let mut mistakes = in_any(&of, |s| &mut s.drag);
-    mistakes.extend([
-        of.mistake("wrong sign", |s| s.drag = |body, p| -drag(body, p)),
-        of.mistake("scaled by mass", |s| s.drag = |body, p| body.m * drag(body, p))
-            .missed_by_the_course(),
-        of.mistake("only along x", |s| s.drag = |body, p| Vec2::new(-p["b"] * body.v.x, 0.0)),
-        of.mistake("only the first particle feels it", |s| {
-            s.drag = |body, p| first_only(body, drag(body, p));
-        }),
-        of.mistake("quadratic in the velocity", |s| {
-            s.drag = |body, p| -p["b"] * body.v.norm() * body.v;
-        }),
-        of.mistake("coefficient missing", |s| s.drag = |body, _| -body.v),
-        of.mistake("only the last of several elements counts", |s| {
+    let of = place("linear drag", Part::All("dragdamping"), |s| &mut s.drag);
+    of.with([
+        of.law("wrong sign", |body, p| -drag(body, p)),
+        of.law("scaled by mass", |body, p| body.m * drag(body, p)).missed_by_the_course(),
+        of.law("only along x", |body, p| Vec2::new(-p["b"] * body.v.x, 0.0)),
+        of.law("only the first particle feels it", |body, p| first_only(body, drag(body, p))),
+        of.law("quadratic in the velocity", |body, p| -p["b"] * body.v.norm() * body.v),
+        of.law("coefficient missing", |body, _| -body.v),
+        of.subject.mistake("only the last of several elements counts", |s| {
             s.read = |scene| keep_last(scene, "dragdamping");
         }),
-    ]);
-    mistakes
+    ])
 }
 
 fn in_vortex() -> Vec<Mistake> {
-    let of = subject("vortex", Part::All("vortexforce"));
-    let mut mistakes = in_any_pair(&of, |s| &mut s.vortex);
-    mistakes.extend([
-        of.mistake("no rotation of n", |s| {
-            s.vortex.on_i =
-                |pair, p| p["kvc"] / pair.l().powi(2) * (p["kbs"] * pair.n() - pair.w());
+    let of = place("vortex", Part::All("vortexforce"), |s| &mut s.vortex);
+    of.with([
+        of.law("no rotation of n", |pair, p| {
+            p["kvc"] / pair.l().powi(2) * (p["kbs"] * pair.n() - pair.w())
         }),
-        of.mistake("rotation the other way round", |s| {
-            s.vortex.on_i = |pair, p| {
-                p["kvc"] / pair.l().powi(2) * (-p["kbs"] * quarter_turn() * pair.n() - pair.w())
-            };
+        of.law("rotation the other way round", |pair, p| {
+            p["kvc"] / pair.l().powi(2) * (-p["kbs"] * quarter_turn() * pair.n() - pair.w())
         }),
-        of.mistake("kbs missing", |s| {
-            s.vortex.on_i =
-                |pair, p| p["kvc"] / pair.l().powi(2) * (quarter_turn() * pair.n() - pair.w());
+        of.law("kbs missing", |pair, p| {
+            p["kvc"] / pair.l().powi(2) * (quarter_turn() * pair.n() - pair.w())
         }),
-        of.mistake("kvc missing", |s| {
-            s.vortex.on_i =
-                |pair, p| (p["kbs"] * quarter_turn() * pair.n() - pair.w()) / pair.l().powi(2);
+        of.law("kvc missing", |pair, p| {
+            (p["kbs"] * quarter_turn() * pair.n() - pair.w()) / pair.l().powi(2)
         }),
-        of.mistake("kvc on the viscous part only", |s| {
-            s.vortex.on_i = |pair, p| {
-                (p["kbs"] * quarter_turn() * pair.n() - p["kvc"] * pair.w()) / pair.l().powi(2)
-            };
+        of.law("kvc on the viscous part only", |pair, p| {
+            (p["kbs"] * quarter_turn() * pair.n() - p["kvc"] * pair.w()) / pair.l().powi(2)
         }),
-        of.mistake("rotating part missing", |s| {
-            s.vortex.on_i = |pair, p| -p["kvc"] / pair.l().powi(2) * pair.w();
+        of.law("rotating part missing", |pair, p| -p["kvc"] / pair.l().powi(2) * pair.w()),
+        of.law("viscous part missing", |pair, p| {
+            p["kvc"] / pair.l().powi(2) * p["kbs"] * quarter_turn() * pair.n()
         }),
-        of.mistake("viscous part missing", |s| {
-            s.vortex.on_i =
-                |pair, p| p["kvc"] / pair.l().powi(2) * p["kbs"] * quarter_turn() * pair.n();
+        of.law("viscous part with the wrong sign", |pair, p| {
+            p["kvc"] / pair.l().powi(2) * (p["kbs"] * quarter_turn() * pair.n() + pair.w())
         }),
-        of.mistake("viscous part with the wrong sign", |s| {
-            s.vortex.on_i = |pair, p| {
-                p["kvc"] / pair.l().powi(2) * (p["kbs"] * quarter_turn() * pair.n() + pair.w())
-            };
+        of.law("viscous part uses the velocity of i only", |pair, p| {
+            p["kvc"] / pair.l().powi(2) * (p["kbs"] * quarter_turn() * pair.n() - pair.v[0])
         }),
-        of.mistake("viscous part uses the velocity of i only", |s| {
-            s.vortex.on_i = |pair, p| {
-                p["kvc"] / pair.l().powi(2) * (p["kbs"] * quarter_turn() * pair.n() - pair.v[0])
-            };
+        of.law("1/r instead of 1/r²", |pair, p| {
+            p["kvc"] / pair.l() * (p["kbs"] * quarter_turn() * pair.n() - pair.w())
         }),
-        of.mistake("1/r instead of 1/r²", |s| {
-            s.vortex.on_i =
-                |pair, p| p["kvc"] / pair.l() * (p["kbs"] * quarter_turn() * pair.n() - pair.w());
+        of.law("1/r³ instead of 1/r²", |pair, p| {
+            p["kvc"] / pair.l().powi(3) * (p["kbs"] * quarter_turn() * pair.n() - pair.w())
         }),
-        of.mistake("1/r³ instead of 1/r²", |s| {
-            s.vortex.on_i = |pair, p| {
-                p["kvc"] / pair.l().powi(3) * (p["kbs"] * quarter_turn() * pair.n() - pair.w())
-            };
-        }),
-    ]);
-    mistakes
+    ])
 }

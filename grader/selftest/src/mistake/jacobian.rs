@@ -2,9 +2,10 @@
 //! Newton's method no longer converges.
 
 use super::super::student::{
-    DragJacobian, Jacobian, Mat2, Pair, Parameters, Student, drag_dv, four_blocks, quarter_turn,
+    Blocks, Body, DragJacobian, Jacobian, Mat2, Pair, PairFormula, Parameters, Student, drag_dv,
+    four_blocks, quarter_turn,
 };
-use super::{Area, Mistake, Scope, Subject};
+use super::{Area, Mistake, Place, Scope, Subject};
 use diagnosis::findings::Part;
 
 pub(super) fn mistakes() -> Vec<Mistake> {
@@ -21,99 +22,93 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     groups.into_iter().flatten().collect()
 }
 
-fn subject(name: &'static str, part: Part) -> Subject {
-    Subject { area: Area::Jacobian, name, scope: Scope::Jacobian(part) }
+fn place<T>(name: &'static str, part: Part, of: fn(&mut Student) -> &mut T) -> Place<T> {
+    Place { subject: Subject { area: Area::Jacobian, name, scope: Scope::Jacobian(part) }, of }
 }
 
-/// Mistakes possible in any Jacobian of a pair force.
-fn in_any(subject: &Subject, of: fn(&mut Student) -> &mut Jacobian) -> Vec<Mistake> {
-    vec![
-        subject.mistake("missing", move |s| of(s).spread = |_| [[Mat2::zeros(); 2]; 2]),
-        subject.mistake("wrong sign", move |s| of(s).spread = |k| four_blocks(-k)),
-        subject.mistake("off-diagonal blocks missing", move |s| {
-            of(s).spread = |k| [[k, Mat2::zeros()], [Mat2::zeros(), k]];
-        }),
-        subject.mistake("off-diagonal blocks with the wrong sign", move |s| {
-            of(s).spread = |k| [[k, k], [k, k]];
-        }),
-        subject.mistake("rows of j missing", move |s| {
-            of(s).spread = |k| [[k, -k], [Mat2::zeros(); 2]];
-        }),
-        subject.mistake("local instead of global indices", move |s| of(s).place = |_| [0, 1]),
-    ]
+impl Place<Jacobian> {
+    fn block(&self, description: &'static str, block: PairFormula<Mat2>) -> Mistake {
+        self.mistake(description, move |jacobian| jacobian.block = block)
+    }
+
+    fn spread(&self, description: &'static str, spread: fn(Mat2) -> Blocks) -> Mistake {
+        self.mistake(description, move |jacobian| jacobian.spread = spread)
+    }
+
+    fn transposed(&self) -> Mistake {
+        self.spread("transposed", |k| four_blocks(k.transpose()))
+    }
+
+    /// Mistakes possible in any Jacobian of a pair force, and these.
+    fn with(&self, mistakes: impl IntoIterator<Item = Mistake>) -> Vec<Mistake> {
+        let usual = [
+            self.spread("missing", |_| [[Mat2::zeros(); 2]; 2]),
+            self.spread("wrong sign", |k| four_blocks(-k)),
+            self.spread("off-diagonal blocks missing", |k| {
+                [[k, Mat2::zeros()], [Mat2::zeros(), k]]
+            }),
+            self.spread("off-diagonal blocks with the wrong sign", |k| [[k, k], [k, k]]),
+            self.spread("rows of j missing", |k| [[k, -k], [Mat2::zeros(); 2]]),
+            self.mistake("local instead of global indices", |jacobian| jacobian.place = |_| [0, 1]),
+        ];
+        usual.into_iter().chain(mistakes).collect()
+    }
 }
 
-fn transposed(subject: &Subject, of: fn(&mut Student) -> &mut Jacobian) -> Mistake {
-    subject.mistake("transposed", move |s| of(s).spread = |k| four_blocks(k.transpose()))
+impl Place<DragJacobian> {
+    fn block(&self, description: &'static str, block: fn(&Body, &Parameters) -> Mat2) -> Mistake {
+        self.mistake(description, move |jacobian| jacobian.block = block)
+    }
 }
 
 fn in_elastic_dx() -> Vec<Mistake> {
-    let of = subject("spring, elastic force, ∂F/∂x", Part::One("springforce", "elastic"));
-    let mut mistakes = in_any(&of, |s| &mut s.elastic_dx);
-    mistakes.extend([
-        of.mistake("n nᵀ missing", |s| {
-            s.elastic_dx.block = |pair, p| -p["k"] * strain(pair, p) * pair.across();
+    let of = place("spring, elastic force, ∂F/∂x", Part::One("springforce", "elastic"), |s| {
+        &mut s.elastic_dx
+    });
+    of.with([
+        of.block("n nᵀ missing", |pair, p| -p["k"] * strain(pair, p) * pair.across()),
+        of.block("(l − l0)/l (I − n nᵀ) missing", |pair, p| -p["k"] * pair.nn()),
+        of.block("I instead of I − n nᵀ", |pair, p| {
+            -p["k"] * (pair.nn() + strain(pair, p) * Mat2::identity())
         }),
-        of.mistake("(l − l0)/l (I − n nᵀ) missing", |s| {
-            s.elastic_dx.block = |pair, p| -p["k"] * pair.nn();
+        of.block("(l − l0)/l missing", |_, p| -p["k"] * Mat2::identity()),
+        of.block("l − l0 not divided by l", |pair, p| {
+            -p["k"] * (pair.nn() + (pair.l() - p["l0"]) * pair.across())
         }),
-        of.mistake("I instead of I − n nᵀ", |s| {
-            s.elastic_dx.block =
-                |pair, p| -p["k"] * (pair.nn() + strain(pair, p) * Mat2::identity());
+        of.block("rest length in the denominator of (l − l0)/l", |pair, p| {
+            -p["k"] * (pair.nn() + (pair.l() - p["l0"]) / p["l0"] * pair.across())
         }),
-        of.mistake("(l − l0)/l missing", |s| {
-            s.elastic_dx.block = |_, p| -p["k"] * Mat2::identity()
+        of.block("stiffness missing", |pair, p| -(pair.nn() + strain(pair, p) * pair.across())),
+        of.block("direction not normalised", |pair, p| {
+            let dd = pair.d() * pair.d().transpose();
+            -p["k"] * (dd + strain(pair, p) * (Mat2::identity() - dd))
         }),
-        of.mistake("l − l0 not divided by l", |s| {
-            s.elastic_dx.block =
-                |pair, p| -p["k"] * (pair.nn() + (pair.l() - p["l0"]) * pair.across());
-        }),
-        of.mistake("rest length in the denominator of (l − l0)/l", |s| {
-            s.elastic_dx.block =
-                |pair, p| -p["k"] * (pair.nn() + (pair.l() - p["l0"]) / p["l0"] * pair.across());
-        }),
-        of.mistake("stiffness missing", |s| {
-            s.elastic_dx.block = |pair, p| -(pair.nn() + strain(pair, p) * pair.across());
-        }),
-        of.mistake("direction not normalised", |s| {
-            s.elastic_dx.block = |pair, p| {
-                let dd = pair.d() * pair.d().transpose();
-                -p["k"] * (dd + strain(pair, p) * (Mat2::identity() - dd))
-            };
-        }),
-    ]);
-    mistakes
+    ])
 }
 
 fn in_green_dx() -> Vec<Mistake> {
-    let of = subject("spring of squared length, ∂F/∂x", Part::All("greenspringforce"));
-    let mut mistakes = in_any(&of, |s| &mut s.green_dx);
-    mistakes.extend([
-        of.mistake("n nᵀ missing", |s| {
-            s.green_dx.block =
-                |pair, p| -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * Mat2::identity();
+    let of = place("spring of squared length, ∂F/∂x", Part::All("greenspringforce"), |s| {
+        &mut s.green_dx
+    });
+    of.with([
+        of.block("n nᵀ missing", |pair, p| {
+            -2.0 * p["k"] * ((pair.l() / p["l0"]).powi(2) - 1.0) * Mat2::identity()
         }),
-        of.mistake("(l²/l0² − 1) I missing", |s| {
-            s.green_dx.block = |pair, p| -4.0 * p["k"] * (pair.l() / p["l0"]).powi(2) * pair.nn();
+        of.block("(l²/l0² − 1) I missing", |pair, p| {
+            -4.0 * p["k"] * (pair.l() / p["l0"]).powi(2) * pair.nn()
         }),
-        of.mistake("n nᵀ once instead of twice", |s| {
-            s.green_dx.block = |pair, p| {
-                let ratio = (pair.l() / p["l0"]).powi(2);
-                -2.0 * p["k"] * ((ratio - 1.0) * Mat2::identity() + ratio * pair.nn())
-            };
+        of.block("n nᵀ once instead of twice", |pair, p| {
+            let ratio = (pair.l() / p["l0"]).powi(2);
+            -2.0 * p["k"] * ((ratio - 1.0) * Mat2::identity() + ratio * pair.nn())
         }),
-        of.mistake("not divided by l0²", |s| {
-            s.green_dx.block = |pair, p| {
-                let ratio = (pair.l() / p["l0"]).powi(2);
-                -2.0 * p["k"]
-                    * ((ratio - 1.0) * Mat2::identity() + 2.0 * pair.l().powi(2) * pair.nn())
-            };
+        of.block("not divided by l0²", |pair, p| {
+            let ratio = (pair.l() / p["l0"]).powi(2);
+            -2.0 * p["k"] * ((ratio - 1.0) * Mat2::identity() + 2.0 * pair.l().powi(2) * pair.nn())
         }),
-        of.mistake("that of a Hookean spring", |s| {
-            s.green_dx.block = |pair, p| -p["k"] * (pair.nn() + strain(pair, p) * pair.across());
+        of.block("that of a Hookean spring", |pair, p| {
+            -p["k"] * (pair.nn() + strain(pair, p) * pair.across())
         }),
-    ]);
-    mistakes
+    ])
 }
 
 /// `(l − l0)/l`.
@@ -127,61 +122,44 @@ fn turning(pair: &Pair) -> Mat2 {
 }
 
 fn in_damping_dx() -> Vec<Mistake> {
-    let of = subject("spring, damping, ∂F/∂x", Part::One("springforce", "damping"));
-    let field: fn(&mut Student) -> &mut Jacobian = |s| &mut s.damping_dx;
-    let mut mistakes = in_any(&of, field);
-    for mistake in &mut mistakes {
-        mistake.missed_by_the_course = ["missing", "wrong sign"].contains(&mistake.description);
-    }
-    mistakes.extend([
-        transposed(&of, field).missed_by_the_course(),
-        of.mistake("n·w I missing", |s| {
-            s.damping_dx.block =
-                |pair, p| -p["b"] / pair.l() * pair.n() * pair.w().transpose() * pair.across();
+    let of = place("spring, damping, ∂F/∂x", Part::One("springforce", "damping"), |s| {
+        &mut s.damping_dx
+    });
+    let mut mistakes = of.with([
+        of.transposed(),
+        of.block("n·w I missing", |pair, p| {
+            -p["b"] / pair.l() * pair.n() * pair.w().transpose() * pair.across()
         }),
-        of.mistake("n wᵀ missing", |s| {
-            s.damping_dx.block =
-                |pair, p| -p["b"] / pair.l() * pair.n().dot(&pair.w()) * pair.across();
+        of.block("n wᵀ missing", |pair, p| {
+            -p["b"] / pair.l() * pair.n().dot(&pair.w()) * pair.across()
         }),
-        of.mistake("factor I − n nᵀ missing", |s| {
-            s.damping_dx.block = |pair, p| -p["b"] / pair.l() * turning(pair);
-        }),
-        of.mistake("1/l missing", |s| {
-            s.damping_dx.block = |pair, p| -p["b"] * turning(pair) * pair.across();
-        }),
-        of.mistake("coefficient missing", |s| {
-            s.damping_dx.block = |pair, _| -1.0 / pair.l() * turning(pair) * pair.across();
-        }),
-        of.mistake("velocity of i instead of v_i − v_j", |s| {
-            s.damping_dx.block = |pair, p| {
-                let (n, v) = (pair.n(), pair.v[0]);
-                let turning = n.dot(&v) * Mat2::identity() + n * v.transpose();
-                -p["b"] / pair.l() * turning * pair.across()
-            };
+        of.block("factor I − n nᵀ missing", |pair, p| -p["b"] / pair.l() * turning(pair)),
+        of.block("1/l missing", |pair, p| -p["b"] * turning(pair) * pair.across()),
+        of.block("coefficient missing", |pair, _| -1.0 / pair.l() * turning(pair) * pair.across()),
+        of.block("velocity of i instead of v_i − v_j", |pair, p| {
+            let (n, v) = (pair.n(), pair.v[0]);
+            let turning = n.dot(&v) * Mat2::identity() + n * v.transpose();
+            -p["b"] / pair.l() * turning * pair.across()
         }),
     ]);
+    for mistake in &mut mistakes {
+        mistake.missed_by_the_course =
+            ["missing", "wrong sign", "transposed"].contains(&mistake.description);
+    }
     mistakes
 }
 
 fn in_damping_dv() -> Vec<Mistake> {
-    let of = subject("spring, damping, ∂F/∂v", Part::One("springforce", "damping"));
-    let mut mistakes = in_any(&of, |s| &mut s.damping_dv);
-    mistakes.extend([
-        of.mistake("not projected on the spring's axis", |s| {
-            s.damping_dv.block = |_, p| -p["b"] * Mat2::identity();
-        }),
-        of.mistake("projected across the spring's axis", |s| {
-            s.damping_dv.block = |pair, p| -p["b"] * pair.across();
-        }),
-        of.mistake("coefficient missing", |s| s.damping_dv.block = |pair, _| -pair.nn()),
-        of.mistake("stiffness instead of the coefficient", |s| {
-            s.damping_dv.block = |pair, p| -p["k"] * pair.nn();
-        }),
-        of.mistake("direction not normalised", |s| {
-            s.damping_dv.block = |pair, p| -p["b"] * pair.d() * pair.d().transpose();
-        }),
-    ]);
-    mistakes
+    let of = place("spring, damping, ∂F/∂v", Part::One("springforce", "damping"), |s| {
+        &mut s.damping_dv
+    });
+    of.with([
+        of.block("not projected on the spring's axis", |_, p| -p["b"] * Mat2::identity()),
+        of.block("projected across the spring's axis", |pair, p| -p["b"] * pair.across()),
+        of.block("coefficient missing", |pair, _| -pair.nn()),
+        of.block("stiffness instead of the coefficient", |pair, p| -p["k"] * pair.nn()),
+        of.block("direction not normalised", |pair, p| -p["b"] * pair.d() * pair.d().transpose()),
+    ])
 }
 
 /// `I − 3 n nᵀ`.
@@ -190,36 +168,22 @@ fn tidal(pair: &Pair) -> Mat2 {
 }
 
 fn in_gravitation_dx() -> Vec<Mistake> {
-    let of = subject("gravitation, ∂F/∂x", Part::All("gravitationalforce"));
-    let mut mistakes = in_any(&of, |s| &mut s.gravitation_dx);
-    mistakes.extend([
-        of.mistake("3 n nᵀ missing", |s| {
-            s.gravitation_dx.block = |pair, p| -weight(pair, p) * Mat2::identity();
+    let of =
+        place("gravitation, ∂F/∂x", Part::All("gravitationalforce"), |s| &mut s.gravitation_dx);
+    of.with([
+        of.block("3 n nᵀ missing", |pair, p| -weight(pair, p) * Mat2::identity()),
+        of.block("n nᵀ without its 3", |pair, p| -weight(pair, p) * pair.across()),
+        of.block("I missing", |pair, p| 3.0 * weight(pair, p) * pair.nn()),
+        of.block("1/l³ missing", |pair, p| -p["G"] * pair.m[0] * pair.m[1] * tidal(pair)),
+        of.block("1/l² instead of 1/l³", |pair, p| -weight(pair, p) * pair.l() * tidal(pair)),
+        of.block("G missing", |pair, _| -pair.m[0] * pair.m[1] / pair.l().powi(3) * tidal(pair)),
+        of.block("first mass missing", |pair, p| {
+            -p["G"] * pair.m[1] / pair.l().powi(3) * tidal(pair)
         }),
-        of.mistake("n nᵀ without its 3", |s| {
-            s.gravitation_dx.block = |pair, p| -weight(pair, p) * pair.across();
+        of.block("second mass missing", |pair, p| {
+            -p["G"] * pair.m[0] / pair.l().powi(3) * tidal(pair)
         }),
-        of.mistake("I missing", |s| {
-            s.gravitation_dx.block = |pair, p| 3.0 * weight(pair, p) * pair.nn();
-        }),
-        of.mistake("1/l³ missing", |s| {
-            s.gravitation_dx.block = |pair, p| -p["G"] * pair.m[0] * pair.m[1] * tidal(pair);
-        }),
-        of.mistake("1/l² instead of 1/l³", |s| {
-            s.gravitation_dx.block = |pair, p| -weight(pair, p) * pair.l() * tidal(pair);
-        }),
-        of.mistake("G missing", |s| {
-            s.gravitation_dx.block =
-                |pair, _| -pair.m[0] * pair.m[1] / pair.l().powi(3) * tidal(pair);
-        }),
-        of.mistake("first mass missing", |s| {
-            s.gravitation_dx.block = |pair, p| -p["G"] * pair.m[1] / pair.l().powi(3) * tidal(pair);
-        }),
-        of.mistake("second mass missing", |s| {
-            s.gravitation_dx.block = |pair, p| -p["G"] * pair.m[0] / pair.l().powi(3) * tidal(pair);
-        }),
-    ]);
-    mistakes
+    ])
 }
 
 /// `G m_i m_j / l³`.
@@ -228,19 +192,15 @@ fn weight(pair: &Pair, p: &Parameters) -> f64 {
 }
 
 fn in_drag_dv() -> Vec<Mistake> {
-    let of = subject("linear drag, ∂F/∂v", Part::All("dragdamping"));
+    let of = place("linear drag, ∂F/∂v", Part::All("dragdamping"), |s| &mut s.drag_dv);
     vec![
-        of.mistake("missing", |s| s.drag_dv.block = |_, _| Mat2::zeros()),
-        of.mistake("wrong sign", |s| s.drag_dv.block = |body, p| -drag_dv(body, p)),
-        of.mistake("scaled by mass", |s| s.drag_dv.block = |body, p| body.m * drag_dv(body, p)),
-        of.mistake("coefficient missing", |s| s.drag_dv.block = |_, _| -Mat2::identity()),
-        of.mistake("only along x", |s| s.drag_dv.block = |_, p| Mat2::new(-p["b"], 0.0, 0.0, 0.0)),
-        of.mistake("fills the whole 2 × 2 block", |s| {
-            s.drag_dv.block = |_, p| Mat2::repeat(-p["b"]);
-        }),
-        of.mistake("local instead of global indices", |s| {
-            s.drag_dv = DragJacobian { place: |_| 0, ..s.drag_dv };
-        }),
+        of.block("missing", |_, _| Mat2::zeros()),
+        of.block("wrong sign", |body, p| -drag_dv(body, p)),
+        of.block("scaled by mass", |body, p| body.m * drag_dv(body, p)),
+        of.block("coefficient missing", |_, _| -Mat2::identity()),
+        of.block("only along x", |_, p| Mat2::new(-p["b"], 0.0, 0.0, 0.0)),
+        of.block("fills the whole 2 × 2 block", |_, p| Mat2::repeat(-p["b"])),
+        of.mistake("local instead of global indices", |jacobian| jacobian.place = |_| 0),
     ]
 }
 
@@ -260,71 +220,46 @@ fn viscous(pair: &Pair) -> Mat2 {
 }
 
 fn in_vortex_dx() -> Vec<Mistake> {
-    let of = subject("vortex, ∂F/∂x", Part::All("vortexforce"));
-    let field: fn(&mut Student) -> &mut Jacobian = |s| &mut s.vortex_dx;
-    let mut mistakes = in_any(&of, field);
-    mistakes.extend([
-        transposed(&of, field),
-        of.mistake("rotating part missing", |s| {
-            s.vortex_dx.block = |pair, p| scale(pair, p) * viscous(pair);
+    let of = place("vortex, ∂F/∂x", Part::All("vortexforce"), |s| &mut s.vortex_dx);
+    of.with([
+        of.transposed(),
+        of.block("rotating part missing", |pair, p| scale(pair, p) * viscous(pair)),
+        of.block("R missing", |pair, p| {
+            let swirl = -3.0 * p["kbs"] * quarter_turn() * pair.nn();
+            scale(pair, p) * (swirl + viscous(pair))
         }),
-        of.mistake("R missing", |s| {
-            s.vortex_dx.block = |pair, p| {
-                let swirl = -3.0 * p["kbs"] * quarter_turn() * pair.nn();
-                scale(pair, p) * (swirl + viscous(pair))
-            };
+        of.block("3 R n nᵀ missing", |pair, p| {
+            scale(pair, p) * (p["kbs"] * quarter_turn() + viscous(pair))
         }),
-        of.mistake("3 R n nᵀ missing", |s| {
-            s.vortex_dx.block =
-                |pair, p| scale(pair, p) * (p["kbs"] * quarter_turn() + viscous(pair));
+        of.block("R n nᵀ without its 3", |pair, p| {
+            scale(pair, p) * (p["kbs"] * quarter_turn() * pair.across() + viscous(pair))
         }),
-        of.mistake("R n nᵀ without its 3", |s| {
-            s.vortex_dx.block = |pair, p| {
-                scale(pair, p) * (p["kbs"] * quarter_turn() * pair.across() + viscous(pair))
-            };
+        of.block("no rotation (I instead of R)", |pair, p| {
+            scale(pair, p) * (p["kbs"] * tidal(pair) + viscous(pair))
         }),
-        of.mistake("no rotation (I instead of R)", |s| {
-            s.vortex_dx.block = |pair, p| scale(pair, p) * (p["kbs"] * tidal(pair) + viscous(pair));
+        of.block("2 w nᵀ missing", |pair, p| scale(pair, p) * swirl(pair, p)),
+        of.block("w nᵀ without its 2", |pair, p| {
+            scale(pair, p) * (swirl(pair, p) + 0.5 * viscous(pair))
         }),
-        of.mistake("2 w nᵀ missing", |s| {
-            s.vortex_dx.block = |pair, p| scale(pair, p) * swirl(pair, p);
+        of.block("n wᵀ instead of w nᵀ", |pair, p| {
+            scale(pair, p) * (swirl(pair, p) + viscous(pair).transpose())
         }),
-        of.mistake("w nᵀ without its 2", |s| {
-            s.vortex_dx.block = |pair, p| scale(pair, p) * (swirl(pair, p) + 0.5 * viscous(pair));
+        of.block("kbs missing", |pair, p| {
+            scale(pair, p) * (quarter_turn() * tidal(pair) + viscous(pair))
         }),
-        of.mistake("n wᵀ instead of w nᵀ", |s| {
-            s.vortex_dx.block =
-                |pair, p| scale(pair, p) * (swirl(pair, p) + viscous(pair).transpose());
+        of.block("kvc missing", |pair, p| (swirl(pair, p) + viscous(pair)) / pair.l().powi(3)),
+        of.block("1/r² instead of 1/r³", |pair, p| {
+            scale(pair, p) * pair.l() * (swirl(pair, p) + viscous(pair))
         }),
-        of.mistake("kbs missing", |s| {
-            s.vortex_dx.block =
-                |pair, p| scale(pair, p) * (quarter_turn() * tidal(pair) + viscous(pair));
-        }),
-        of.mistake("kvc missing", |s| {
-            s.vortex_dx.block = |pair, p| (swirl(pair, p) + viscous(pair)) / pair.l().powi(3);
-        }),
-        of.mistake("1/r² instead of 1/r³", |s| {
-            s.vortex_dx.block =
-                |pair, p| scale(pair, p) * pair.l() * (swirl(pair, p) + viscous(pair));
-        }),
-    ]);
-    mistakes
+    ])
 }
 
 fn in_vortex_dv() -> Vec<Mistake> {
-    let of = subject("vortex, ∂F/∂v", Part::All("vortexforce"));
-    let mut mistakes = in_any(&of, |s| &mut s.vortex_dv);
-    mistakes.extend([
-        of.mistake("projected on the axis", |s| {
-            s.vortex_dv.block = |pair, p| -p["kvc"] / pair.l().powi(2) * pair.nn();
-        }),
-        of.mistake("kvc missing", |s| {
-            s.vortex_dv.block = |pair, _| -Mat2::identity() / pair.l().powi(2);
-        }),
-        of.mistake("1/r² missing", |s| s.vortex_dv.block = |_, p| -p["kvc"] * Mat2::identity()),
-        of.mistake("1/r instead of 1/r²", |s| {
-            s.vortex_dv.block = |pair, p| -p["kvc"] / pair.l() * Mat2::identity();
-        }),
-    ]);
-    mistakes
+    let of = place("vortex, ∂F/∂v", Part::All("vortexforce"), |s| &mut s.vortex_dv);
+    of.with([
+        of.block("projected on the axis", |pair, p| -p["kvc"] / pair.l().powi(2) * pair.nn()),
+        of.block("kvc missing", |pair, _| -Mat2::identity() / pair.l().powi(2)),
+        of.block("1/r² missing", |_, p| -p["kvc"] * Mat2::identity()),
+        of.block("1/r instead of 1/r²", |pair, p| -p["kvc"] / pair.l() * Mat2::identity()),
+    ])
 }

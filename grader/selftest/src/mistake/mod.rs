@@ -94,7 +94,7 @@ impl Scope {
         }
     }
 
-    /// What a mistake here is to be blamed on.
+    /// The feature that findings should blame for a mistake here.
     fn feature(self) -> Feature {
         match self {
             Self::Force(part) => Feature::Force(part),
@@ -108,7 +108,7 @@ impl Scope {
 
 /// A mistake.
 pub struct Mistake {
-    /// What part of a simulator it is in.
+    /// The part of a simulator it is in.
     pub area: Area,
     /// The force, Jacobian or integrator it is in.
     pub subject: &'static str,
@@ -129,7 +129,7 @@ impl Mistake {
         student
     }
 
-    /// What it is to be blamed on: where it was planted.
+    /// The feature that findings should blame: the one it was planted in.
     pub fn feature(&self) -> Feature {
         self.scope.feature()
     }
@@ -152,7 +152,7 @@ impl Mistake {
         if is_of_method || scene.integrator.equation != StepEquation::LocalGlobal {
             return self.scope.contains(scene);
         }
-        // Fast mass-spring has formulas of its own, and shares only the reading.
+        // Fast mass-spring shares only the reading of the scene.
         self.misreads(scene)
     }
 
@@ -200,6 +200,23 @@ impl Subject {
             scope: self.scope,
             plant: Box::new(plant),
         }
+    }
+}
+
+/// A formula or rule of the student, in which several mistakes are made.
+struct Place<T: 'static> {
+    subject: Subject,
+    of: fn(&mut Student) -> &mut T,
+}
+
+impl<T> Place<T> {
+    fn mistake(
+        &self,
+        description: &'static str,
+        change: impl Fn(&mut T) + Send + Sync + 'static,
+    ) -> Mistake {
+        let of = self.of;
+        self.subject.mistake(description, move |student| change(of(student)))
     }
 }
 

@@ -4,9 +4,10 @@ use diagnosis::findings::{Feature, Part};
 use scene::Scene;
 use scene::schema::Family;
 
-use super::super::student::{Student, Vec2, largest, largest_row};
+use super::super::student::{ProjectedNewton, Student, Vec2, largest, largest_row};
 use super::{
-    Area, Mistake, NEGATE, OMIT, OMIT_H, OMIT_QUANTITY, Operation, Scope, Subject, TAKE_ROOT_OF_H,
+    Area, Mistake, NEGATE, OMIT, OMIT_H, OMIT_QUANTITY, Operation, Place, Scope, Subject,
+    TAKE_ROOT_OF_H,
 };
 
 const NAME: &str = "projected-newton";
@@ -30,20 +31,19 @@ const ON_ELASTICITY: &[Operation] = &[
 ];
 
 pub(super) fn mistakes() -> Vec<Mistake> {
-    let of_method = Subject {
-        area: Area::Integrator,
-        name: "projected Newton",
-        scope: Scope::Integrator(NAME),
+    let of = |name| {
+        let subject = Subject { area: Area::Integrator, name, scope: Scope::Integrator(NAME) };
+        Place { subject, of: |s: &mut Student| &mut s.projected_newton }
     };
-    let mut mistakes = in_rules(&of_method);
+    let mut mistakes = in_rules(&of("projected Newton"));
     mistakes.extend(in_springs());
     for (name, places) in PLACES {
-        let of = Subject { name, ..of_method };
+        let of = of(name);
         for (term, operations) in [ON_INERTIA, ON_ELASTICITY].into_iter().enumerate() {
             mistakes.extend(operations.iter().map(|(description, operation)| {
-                of.mistake(description, move |s| {
+                of.mistake(description, move |method| {
                     for place in places {
-                        operation(&mut s.projected_newton.terms[*place][term]);
+                        operation(&mut method.terms[*place][term]);
                     }
                 })
             }));
@@ -52,42 +52,38 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     mistakes
 }
 
-fn in_rules(of: &Subject) -> Vec<Mistake> {
+fn in_rules(of: &Place<ProjectedNewton>) -> Vec<Mistake> {
     vec![
-        of.mistake("½ of inertia missing in the energy", |s| {
-            s.projected_newton.terms[0][0].scale = 2.0;
+        of.mistake("½ of inertia missing in the energy", |method| method.terms[0][0].scale = 2.0),
+        of.mistake("x̃ without h v", |method| method.ahead = |q, _, _| q),
+        of.mistake("x̃ without h", |method| method.ahead = |q, v, _| q + v),
+        of.mistake("x̃ backwards", |method| method.ahead = |q, v, h| q - h * v),
+        of.mistake("starts from x̃", |method| method.first = |q, v, h| q + h * v),
+        of.mistake("Hessian not projected", |method| method.project = |blocks| blocks),
+        of.mistake("no line search", |method| method.searches = false),
+        of.mistake("a single iteration", |method| method.iterations = 1),
+        of.mistake("two iterations", |method| method.iterations = 2),
+        of.mistake("tolerance on ‖p‖∞, not on ‖p‖∞/h", |method| {
+            method.measure = |p, _, _| largest_row(p)
         }),
-        of.mistake("x̃ without h v", |s| s.projected_newton.ahead = |q, _, _| q),
-        of.mistake("x̃ without h", |s| s.projected_newton.ahead = |q, v, _| q + v),
-        of.mistake("x̃ backwards", |s| s.projected_newton.ahead = |q, v, h| q - h * v),
-        of.mistake("starts from x̃", |s| s.projected_newton.first = |q, v, h| q + h * v),
-        of.mistake("Hessian not projected", |s| s.projected_newton.project = |blocks| blocks),
-        of.mistake("no line search", |s| s.projected_newton.searches = false),
-        of.mistake("a single iteration", |s| s.projected_newton.iterations = 1),
-        of.mistake("two iterations", |s| s.projected_newton.iterations = 2),
-        of.mistake("tolerance on ‖p‖∞, not on ‖p‖∞/h", |s| {
-            s.projected_newton.measure = |p, _, _| largest_row(p);
+        of.mistake("tolerance on ‖p‖₂/h", |method| method.measure = |p, h, _| p.norm() / h),
+        of.mistake("tolerance on the largest entry without its sign", |method| {
+            method.measure = |p, h, _| p.max() / h
         }),
-        of.mistake("tolerance on ‖p‖₂/h", |s| {
-            s.projected_newton.measure = |p, h, _| p.norm() / h
+        of.mistake("tolerance on the largest entry", |method| {
+            method.measure = |p, h, _| largest(p) / h
         }),
-        of.mistake("tolerance on the largest entry without its sign", |s| {
-            s.projected_newton.measure = |p, h, _| p.max() / h;
+        of.mistake("tolerance on the first entry", |method| {
+            method.measure = |p, h, _| p[0].abs() / h
         }),
-        of.mistake("tolerance on the largest entry", |s| {
-            s.projected_newton.measure = |p, h, _| largest(p) / h;
+        of.mistake("the last step is taken as well", |method| method.takes_last = true),
+        of.mistake("velocity not renewed", |method| method.velocity = |_, _, v, _| v),
+        of.mistake("velocity without 1/h", |method| method.velocity = |q, x, _, _| x - q),
+        of.mistake("velocity with the wrong sign", |method| {
+            method.velocity = |q, x, _, h| (q - x) / h
         }),
-        of.mistake("tolerance on the first entry", |s| {
-            s.projected_newton.measure = |p, h, _| p[0].abs() / h;
-        }),
-        of.mistake("the last step is taken as well", |s| s.projected_newton.takes_last = true),
-        of.mistake("velocity not renewed", |s| s.projected_newton.velocity = |_, _, v, _| v),
-        of.mistake("velocity without 1/h", |s| s.projected_newton.velocity = |q, x, _, _| x - q),
-        of.mistake("velocity with the wrong sign", |s| {
-            s.projected_newton.velocity = |q, x, _, h| (q - x) / h;
-        }),
-        of.mistake("velocity from x̃", |s| {
-            s.projected_newton.velocity = |q: Vec2, x, v, h| (x - (q + h * v)) / h;
+        of.mistake("velocity from x̃", |method| {
+            method.velocity = |q: Vec2, x, v, h| (x - (q + h * v)) / h
         }),
     ]
 }

@@ -18,7 +18,7 @@ use scene::{ForceElement, Particle, Scene};
 
 use super::{Coefficient, Motion, Vec3};
 
-/// What the wind depends on.
+/// Arguments of the wind.
 pub(crate) struct Gust {
     /// Where the particle is at the start of the step: its x over the diagonal of the box around all at the start of the run.
     pub(crate) place: f64,

@@ -1,4 +1,4 @@
-//! What the sources of hand-ins share, for people to judge.
+//! Shared parts of the sources of hand-ins, for people to judge.
 //!
 //! ```text
 //! sources -> tokens -> k-grams ──> less those of starter code, and those that much of the class has
@@ -25,7 +25,7 @@ use crate::boundary::printed;
 use crate::submission::hand_in::{HandIn, HandInError, WalkStep};
 use tokens::{Language, Token};
 
-/// What counts as shared. The defaults of `k` and `window` are those of Dolos (Maertens et al., 2022).
+/// Thresholds of sharing. The defaults of `k` and `window` are those of Dolos (Maertens et al., 2022).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
     /// Tokens of a k-gram: shorter runs never count. With 12, a loop over coordinates is enough to match; with 23, two
@@ -88,7 +88,7 @@ pub struct Sources {
     unread: usize,
 }
 
-/// What a class shares.
+/// Shared parts of a class.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Similarity {
     /// The settings.
@@ -119,7 +119,7 @@ pub struct HandInTokens {
 }
 
 impl HandInTokens {
-    /// Those of its own.
+    /// Tokens outside of shared code.
     pub fn own(&self) -> usize {
         self.tokens - self.starter - self.common
     }

@@ -16,7 +16,7 @@ struct Stretch {
     length: usize,
 }
 
-/// What a pair of hand-ins shares.
+/// Shared parts of a pair of hand-ins.
 pub(super) fn pair(compared: &[Compared], hand_ins: [usize; 2], config: Config) -> Pair {
     let both = hand_ins.map(|number| &compared[number]);
     let mut stretches = stretches(both, config);
@@ -28,7 +28,7 @@ pub(super) fn pair(compared: &[Compared], hand_ins: [usize; 2], config: Config) 
         is_shared.into_iter().filter(|is| *is).count()
     });
     stretches.sort_by_key(|stretch| (Reverse(stretch.length), stretch.begins));
-    // What longer runs cover, but for less than a k-gram, says nothing more.
+    // A run that longer runs cover up to less than a k-gram adds nothing.
     let mut covered = both.map(|hand_in| vec![false; hand_in.own.len()]);
     let mut runs = Vec::new();
     for Stretch { begins, length } in stretches {

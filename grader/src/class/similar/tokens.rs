@@ -8,7 +8,7 @@
 //! itself, and so does every other character. Names of types are names: replacing `double` by `float` changes nothing.
 //! Lines that only name libraries are left out. One tokenizer reads every language; a [`Language`] states what differs.
 
-/// What the tokenizer has to know of a language.
+/// A language's tokens.
 #[derive(Debug)]
 pub(super) struct Language {
     /// Extensions of its files, in lower case.

@@ -76,7 +76,7 @@ impl SingleSteps {
         self.scene.dimension.count()
     }
 
-    /// What is wrong in a step; `None` if it is right, or if our own step fails.
+    /// The fault of a step; `None` if it is right, or if our own step fails.
     pub fn check(&mut self, step: SingleStep<'_>) -> Option<WrongStep> {
         self.ours.restart(step.step, step.earlier, step.before, &mut self.random);
         if !self.ours.advance() {

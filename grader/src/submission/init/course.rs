@@ -31,7 +31,7 @@ const FUNCTIONS: [Function; 3] = [
     ("addHessVToTotal", "MatrixXs& hessE", |schema| schema.depends_on().velocity),
 ];
 
-/// What an assignment asks for.
+/// Features that an assignment asks for.
 pub(super) struct Course {
     forces: Vec<&'static ForceSchema>,
     /// The integrators, with their spellings and whether they come with the starter code.
@@ -282,7 +282,7 @@ impl Course {
         text
     }
 
-    /// What a function of a force ends with, unless it is zero.
+    /// Last line of a function of a force, unless it is zero.
     fn body(
         &self,
         schema: &ForceSchema,

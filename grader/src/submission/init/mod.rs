@@ -57,7 +57,7 @@ impl Language {
         }
     }
 
-    /// What writes all digits of a number.
+    /// Code that writes all digits of a number.
     fn digits(self) -> &'static str {
         match self {
             Self::Cpp => "precision 17 does",
@@ -123,7 +123,7 @@ fn with_pieces(text: &str) -> String {
     whole
 }
 
-/// What a skeleton does before anything is filled in.
+/// Behaviour of a skeleton before anything is filled in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     /// It moves particles on which no force acts.
@@ -137,7 +137,7 @@ pub enum Start {
 /// A skeleton.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Skeleton {
-    /// What it does before anything is filled in.
+    /// Its behaviour before anything is filled in.
     pub start: Start,
     /// Its sources: path and text.
     pub sources: Vec<(String, String)>,

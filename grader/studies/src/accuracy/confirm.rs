@@ -36,7 +36,7 @@ impl Agreement {
     }
 }
 
-/// What the scenes say about the order of a method.
+/// The order of a method by the scenes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Confirmation {
     /// The method, as reports call it.

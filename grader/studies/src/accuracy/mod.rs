@@ -23,6 +23,7 @@ pub mod problem;
 pub mod reference;
 
 use scene::{Scene, write};
+use serde::{Deserialize, Serialize};
 
 pub use ::reference::closed::Closed;
 pub use store::{Store, file_name};
@@ -32,6 +33,8 @@ use ladder::Method;
 use order::{Exception, Expected, Fit};
 use problem::Problem;
 use reference::Reference;
+
+use crate::store::bits;
 
 /// A measured quantity of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,13 +71,16 @@ impl Quantity {
 }
 
 /// A number for each quantity.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Of positions.
+    #[serde(with = "bits")]
     pub position: f64,
     /// Of velocities.
+    #[serde(with = "bits")]
     pub velocity: f64,
     /// Of the energy.
+    #[serde(with = "bits")]
     pub energy: f64,
 }
 
@@ -98,7 +104,7 @@ impl Errors {
 }
 
 /// Outcome of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum RunOutcome {
     /// Finished, with position errors of at most [`BLOWN_UP`](measure::BLOWN_UP) times the size of the motion.
     Finished {
@@ -117,6 +123,7 @@ pub enum RunOutcome {
         /// The step, from 1; 0 if there is no state at all.
         step: u64,
         /// Start time of the step, in seconds.
+        #[serde(with = "bits")]
         time: f64,
         /// Why.
         reason: String,
@@ -124,20 +131,23 @@ pub enum RunOutcome {
 }
 
 /// Times of runs, in seconds.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// The least.
+    #[serde(with = "bits")]
     pub least: f64,
     /// The median.
+    #[serde(with = "bits")]
     pub median: f64,
     /// The largest.
+    #[serde(with = "bits")]
     pub largest: f64,
     /// Number of timed runs.
     pub repeats: u32,
 }
 
 /// Work of a run of the built-in simulator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
     /// Evaluations of the sum of all forces.
     pub force_evaluations: u64,
@@ -148,7 +158,7 @@ pub struct Work {
 }
 
 /// Cost of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Time.
     pub time: Option<Timing>,
@@ -157,9 +167,10 @@ pub struct Cost {
 }
 
 /// A method at one time step.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Time step, in seconds.
+    #[serde(with = "bits")]
     pub time_step: f64,
     /// Total number of steps.
     pub steps: u64,
@@ -181,7 +192,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// What reports call it.
+    /// Its name in reports.
     pub fn label(&self) -> String {
         let whose = if self.foreign { "theirs: " } else { "" };
         format!("{whose}{}", self.method.label())
@@ -198,7 +209,7 @@ impl Curve {
 pub struct Order {
     /// Which error.
     pub quantity: Quantity,
-    /// What was fitted.
+    /// The fit.
     pub fit: Fit,
     /// The prediction of theory; `None` if there is none.
     pub expected: Option<Expected>,
@@ -297,7 +308,7 @@ impl AccuracyConfig {
     /// Enough time steps and repeats to resolve small errors.
     pub const FULL: Self = Self { rungs: u32::MAX, repeats: 9, budget: 0.5, max_steps: 1 << 16 };
 
-    /// Number of parts of each coarsest step, from coarse to fine, for a scene with so many steps of its own.
+    /// Number of parts of each coarsest step, from coarse to fine, for a scene of `own` steps.
     pub fn refinements(self, own: u64) -> impl Iterator<Item = u64> {
         // A slope needs several points where the scene is stable: a scene with very many steps gets them below its own.
         let finest = own.saturating_mul(1 << (order::FEWEST - 1)).max(self.max_steps);
@@ -350,7 +361,7 @@ impl SceneStudy {
 
 /// Results of an accuracy study.
 pub struct Study {
-    /// The submission measured beside the built-in simulator.
+    /// The submission measured in addition to the built-in simulator.
     pub submission: Option<String>,
     /// Extent of the study.
     pub config: AccuracyConfig,
@@ -412,7 +423,7 @@ fn plan(scene: &Scene, submission: Option<&Program>) -> Vec<(Method, bool)> {
     ours.into_iter().map(|method| (method, false)).chain(theirs).collect()
 }
 
-/// What is measured besides the built-in simulator, how, and where results are kept.
+/// Options of the study: a submission to measure, the extent, and the store of results.
 #[derive(Clone, Copy)]
 struct Measuring<'a> {
     submission: Option<&'a Program>,

@@ -1,11 +1,14 @@
 //! Outcome and measurements of a trial.
 
+use serde::{Deserialize, Serialize};
 use simulator::fallback::FallbackStatistics;
 use simulator::simulation::FailureKind;
 use simulator::solver::LinearError;
 
+use crate::store::bits;
+
 /// Outcome of a trial.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
     /// Reached its end, with bounded energy and all checks passed.
     Survived,
@@ -18,27 +21,28 @@ pub enum Outcome {
     Failed {
         /// The step, from 1.
         step: u64,
-        /// The reason, in a word or two.
-        reason: &'static str,
+        /// The reason.
+        reason: Reason,
         /// The simulator's message.
         message: String,
     },
-    /// Reached its end, but the result violates the definition of the method. Never expected.
+    /// Reached its end, but the result violates the definition of the method. Never expected, and not stored.
+    #[serde(skip)]
     Wrong {
         /// The failed check.
-        check: &'static str,
+        check: String,
         /// The error, as a multiple of its bound.
         excess: f64,
     },
 }
 
 impl Outcome {
-    /// Short name, as stored.
+    /// Short name.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Survived => "survived",
             Self::BlowUp { .. } => "blow-up",
-            Self::Failed { reason, .. } => reason,
+            Self::Failed { reason, .. } => reason.word(),
             Self::Wrong { .. } => "WRONG",
         }
     }
@@ -69,40 +73,57 @@ impl Outcome {
     }
 }
 
-/// All reasons for failed steps, as stored.
-pub const REASONS: &[&str] = &[
-    "coincident",
-    "not converged",
-    "below rounding",
-    "no descent",
-    "singular",
-    "lost digits",
-    "unsettled",
-    "out of memory",
-    "not finite",
-    "error control",
-];
+/// The reason of a failed step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the words say what the variants are")]
+pub enum Reason {
+    Coincident,
+    NotConverged,
+    BelowRounding,
+    NoDescent,
+    Singular,
+    LostDigits,
+    Unsettled,
+    OutOfMemory,
+    NotFinite,
+    ErrorControl,
+}
 
-/// The reason of a failure, one of [`REASONS`].
-pub(super) fn reason(kind: &FailureKind) -> &'static str {
-    let place = match kind {
-        FailureKind::Degenerate { .. } => 0,
-        FailureKind::NotConverged { .. } => 1,
-        FailureKind::BelowRounding { .. } => 2,
-        FailureKind::NoDescent { .. } => 3,
-        FailureKind::Linear(
-            LinearError::Singular { .. } | LinearError::SingularToPrecision { .. },
-        ) => 4,
-        FailureKind::Linear(LinearError::InaccurateSolution { .. }) => 5,
-        FailureKind::Linear(LinearError::RefinementStalled { .. }) => 6,
-        FailureKind::Linear(LinearError::OutOfMemory { .. }) => 7,
-        FailureKind::Linear(LinearError::NotFinite { .. })
-        | FailureKind::EnergyNotFinite
-        | FailureKind::NotFinite { .. } => 8,
-        FailureKind::ErrorControl { .. } => 9,
-        FailureKind::Interrupted => unreachable!("trials are not interrupted"),
-    };
-    REASONS[place]
+impl Reason {
+    pub(super) fn of(kind: &FailureKind) -> Self {
+        match kind {
+            FailureKind::Degenerate { .. } => Self::Coincident,
+            FailureKind::NotConverged { .. } => Self::NotConverged,
+            FailureKind::BelowRounding { .. } => Self::BelowRounding,
+            FailureKind::NoDescent { .. } => Self::NoDescent,
+            FailureKind::Linear(
+                LinearError::Singular { .. } | LinearError::SingularToPrecision { .. },
+            ) => Self::Singular,
+            FailureKind::Linear(LinearError::InaccurateSolution { .. }) => Self::LostDigits,
+            FailureKind::Linear(LinearError::RefinementStalled { .. }) => Self::Unsettled,
+            FailureKind::Linear(LinearError::OutOfMemory { .. }) => Self::OutOfMemory,
+            FailureKind::Linear(LinearError::NotFinite { .. })
+            | FailureKind::EnergyNotFinite
+            | FailureKind::NotFinite { .. } => Self::NotFinite,
+            FailureKind::ErrorControl { .. } => Self::ErrorControl,
+            FailureKind::Interrupted => unreachable!("trials are not interrupted"),
+        }
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Coincident => "coincident",
+            Self::NotConverged => "not converged",
+            Self::BelowRounding => "below rounding",
+            Self::NoDescent => "no descent",
+            Self::Singular => "singular",
+            Self::LostDigits => "lost digits",
+            Self::Unsettled => "unsettled",
+            Self::OutOfMemory => "out of memory",
+            Self::NotFinite => "not finite",
+            Self::ErrorControl => "error control",
+        }
+    }
 }
 
 /// A case run with a method and a time step.
@@ -127,26 +148,41 @@ pub struct Trial {
 }
 
 /// Measurements up to the last state.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Steps taken.
     pub steps: u64,
     /// Change of the energy over the run, relative to the case's available energy.
+    #[serde(with = "bits")]
     pub energy: f64,
     /// The largest rise of the energy above its start, likewise.
+    #[serde(with = "bits")]
     pub energy_rise: f64,
     /// Largest change of momentum not explained by the forces, relative to the largest momentum carried (`Σ m |v|`) or
     /// added; `None` if fixed particles or drag absorb momentum.
+    #[serde(with = "bits::optional")]
     pub momentum: Option<f64>,
     /// The largest residual of the method's equation over the checked steps, as a multiple of the bound from rounding
     /// and the method's tolerance; `None` if no step was checked.
+    #[serde(with = "bits::optional")]
     pub equation: Option<f64>,
     /// Newton iterations.
     pub newton_iterations: u64,
     /// Largest number of Newton iterations in a step.
     pub max_newton_iterations: u64,
     /// Largest accepted residual of a linear system.
+    #[serde(with = "bits")]
     pub worst_residual: f64,
     /// Fallbacks used for failed steps.
+    #[serde(with = "Fallbacks")]
     pub rescue: FallbackStatistics,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "FallbackStatistics")]
+struct Fallbacks {
+    line_searched: u64,
+    substepped: u64,
+    substeps: u64,
+    max_substeps: u64,
 }

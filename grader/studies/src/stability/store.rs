@@ -6,13 +6,12 @@
 
 use std::path::{Path, PathBuf};
 
-use scene::output::OutputFile;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use simulator::fallback::FallbackStatistics;
 
-use super::outcome::{Measured, Outcome, REASONS, Trial};
+use super::outcome::{Measured, Outcome, Trial};
 use super::trial::{self, Task};
+use crate::store::{self, bits};
 
 /// A folder of trials.
 #[derive(Debug)]
@@ -43,120 +42,32 @@ impl Store {
         let key: String = hash.iter().take(8).map(|byte| format!("{byte:02x}")).collect();
         let name = format!("{}.{}.{time_step:e}.{key}.json", case.name, integrator.name);
         let path = self.folder.join(name);
-        let kept = std::fs::read(&path).ok();
-        let kept = kept.and_then(|bytes| serde_json::from_slice::<Kept>(&bytes).ok());
-        if let Some(trial) =
-            kept.and_then(|kept| kept.trial(case.name, integrator.name, (time_step, steps, robust)))
-        {
-            return Some(trial);
+        if let Some(Record { outcome, measured, seconds }) = store::load(&path) {
+            let (case, method) = (case.name, integrator.name);
+            return Some(Trial {
+                case,
+                method,
+                time_step,
+                steps,
+                robust,
+                outcome,
+                measured,
+                seconds,
+            });
         }
         let trial = trial::run(task)?;
-        if let Ok(bytes) = serde_json::to_vec(&Kept::of(&trial)) {
-            let written = OutputFile::create(&path).and_then(|mut file| {
-                std::io::Write::write_all(&mut file, &bytes)?;
-                file.commit()
-            });
-            // If it fails, the trial runs again next time.
-            drop(written);
-        }
+        let Trial { outcome, measured, seconds, .. } = trial.clone();
+        // If it fails, the trial runs again next time.
+        drop(store::save(&path, &Record { outcome, measured, seconds }));
         Some(trial)
     }
 }
 
-/// Stored form of a trial. Numbers are stored as bits, so that all values round-trip, including infinities.
+/// The stored part of a trial; its name holds the rest.
 #[derive(Serialize, Deserialize)]
-struct Kept {
-    outcome: String,
-    step: Option<u64>,
-    message: String,
-    excess: u64,
-    numbers: [u64; 5],
-    momentum: Option<u64>,
-    equation: Option<u64>,
-    counts: [u64; 7],
-}
-
-impl Kept {
-    fn of(trial: &Trial) -> Self {
-        let (message, excess) = match &trial.outcome {
-            Outcome::Failed { message, .. } => (message.clone(), 0.0),
-            Outcome::Wrong { check, excess } => ((*check).to_owned(), *excess),
-            Outcome::Survived | Outcome::BlowUp { .. } => (String::new(), 0.0),
-        };
-        let measured = &trial.measured;
-        let rescue = measured.rescue;
-        Self {
-            outcome: trial.outcome.word().to_owned(),
-            step: trial.outcome.step(),
-            message,
-            excess: excess.to_bits(),
-            numbers: [
-                measured.energy,
-                measured.energy_rise,
-                measured.worst_residual,
-                trial.seconds,
-                trial.time_step,
-            ]
-            .map(f64::to_bits),
-            momentum: measured.momentum.map(f64::to_bits),
-            equation: measured.equation.map(f64::to_bits),
-            counts: [
-                measured.steps,
-                measured.newton_iterations,
-                measured.max_newton_iterations,
-                rescue.line_searched,
-                rescue.substepped,
-                rescue.substeps,
-                rescue.max_substeps,
-            ],
-        }
-    }
-
-    /// The trial; `None` if invalid. A wrong outcome is not reused.
-    fn trial(
-        self,
-        case: &'static str,
-        method: &'static str,
-        (time_step, steps, robust): (f64, u64, bool),
-    ) -> Option<Trial> {
-        let outcome = match (self.outcome.as_str(), self.step) {
-            ("survived", None) => Outcome::Survived,
-            ("blow-up", Some(step)) => Outcome::BlowUp { step },
-            (word, Some(step)) => {
-                let reason = REASONS.iter().find(|reason| **reason == word)?;
-                Outcome::Failed { step, reason, message: self.message }
-            }
-            _ => return None,
-        };
-        let [energy, energy_rise, worst_residual, seconds, _] = self.numbers.map(f64::from_bits);
-        let [
-            taken,
-            newton_iterations,
-            max_newton_iterations,
-            line_searched,
-            substepped,
-            substeps,
-            max_substeps,
-        ] = self.counts;
-        Some(Trial {
-            case,
-            method,
-            time_step,
-            steps,
-            robust,
-            outcome,
-            measured: Measured {
-                steps: taken,
-                energy,
-                energy_rise,
-                momentum: self.momentum.map(f64::from_bits),
-                equation: self.equation.map(f64::from_bits),
-                newton_iterations,
-                max_newton_iterations,
-                worst_residual,
-                rescue: FallbackStatistics { line_searched, substepped, substeps, max_substeps },
-            },
-            seconds,
-        })
-    }
+struct Record {
+    outcome: Outcome,
+    measured: Measured,
+    #[serde(with = "bits")]
+    seconds: f64,
 }

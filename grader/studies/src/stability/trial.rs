@@ -20,7 +20,7 @@ use scene::{ForceElement, Scene};
 use simulator::simulation::{Simulation, SimulationOptions};
 
 use super::cases::Case;
-use super::outcome::{Measured, Outcome, Trial, reason};
+use super::outcome::{Measured, Outcome, Reason, Trial};
 use reference::equation::{Equation, State};
 use reference::laws::Laws;
 use reference::method::Method;
@@ -119,7 +119,7 @@ impl<'a> Run<'a> {
         measured.rescue = statistics.fallback;
         self.check_end();
         let outcome = match (outcome, self.failed) {
-            (_, Some((check, excess))) => Outcome::Wrong { check, excess },
+            (_, Some((check, excess))) => Outcome::Wrong { check: check.to_owned(), excess },
             (outcome, None) => outcome,
         };
         (outcome, self.measured)
@@ -141,13 +141,13 @@ impl<'a> Run<'a> {
             let substepped = self.simulation.statistics().fallback.substepped;
             if let Err(error) = self.simulation.advance() {
                 let message = error.kind.to_string();
-                return Outcome::Failed { step, reason: reason(&error.kind), message };
+                return Outcome::Failed { step, reason: Reason::of(&error.kind), message };
             }
             let energies = match self.simulation.energies() {
                 Ok(energies) => energies,
                 Err(error) => {
                     let message = error.kind.to_string();
-                    return Outcome::Failed { step, reason: reason(&error.kind), message };
+                    return Outcome::Failed { step, reason: Reason::of(&error.kind), message };
                 }
             };
             let rise = (energies.kinetic + energies.potential - self.energy) / self.case.energy;
@@ -256,7 +256,7 @@ impl<'a> Run<'a> {
         let state = self.simulation.state();
         let (positions, velocities) = (state.positions.to_vec(), state.velocities.to_vec());
         let start = &scene.particles[particle];
-        // What rounding and the tolerance for an update of the velocity may add in a step.
+        // Bound of the rounding error and of the tolerance for an update of the velocity, in a step.
         let tolerance = scene.integrator.convergence.tolerance(scene);
         for axis in 0..axes {
             // The first step of a two-step method uses no earlier state, which stays zero.

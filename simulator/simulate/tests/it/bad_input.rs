@@ -148,7 +148,7 @@ fn a_file_without_a_scene_is_refused() {
 }
 
 #[test]
-fn a_truncated_file_names_what_is_open() {
+fn truncated_file_names_the_open_element() {
     let cut = |at: &str, mark: &str| {
         let kept = &GOOD[..GOOD.find(at).unwrap()];
         let (before, after) = kept.rsplit_once(mark).unwrap();
@@ -224,7 +224,7 @@ fn markup_that_is_not_well_formed_is_refused_at_its_place() {
 }
 
 #[test]
-fn a_scene_says_when_it_starts_ends_and_how_it_steps() {
+fn faults_of_duration_and_integrator_are_refused() {
     refuse_each(
         r#"
         no duration | <duration time="1"/> |  | no <duration> | <duration time="10"/>
@@ -256,7 +256,7 @@ fn a_scene_says_when_it_starts_ends_and_how_it_steps() {
 }
 
 #[test]
-fn a_step_count_that_no_integer_holds_is_refused() {
+fn overflowing_step_count_is_refused() {
     let scene = GOOD.replace("<duration time=\"1\"", "¶<duration time=\"1e308\"");
     refuse_scene("infinitely many", &scene.replace("0.25", "1e-308"), &[], "is inf steps", "1e9");
     // The step is the caller's: it is the scene's duration that it is too short for.
@@ -516,7 +516,7 @@ fn a_spring_without_rest_length_and_damping_needs_no_direction() {
 }
 
 #[test]
-fn a_motion_that_grows_to_infinity_ends_at_the_step_that_is_not_finite() {
+fn overflow_ends_the_run_at_its_step() {
     // x'' = -1e6 x by explicit Euler: each step multiplies by about 1000.
     let (mut x, mut v, mut step) = (1.0_f64, 0.0_f64, 0);
     while x.is_finite() && v.is_finite() {

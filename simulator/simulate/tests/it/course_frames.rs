@@ -138,7 +138,7 @@ fn compare(scene: &Scene, frame: &Frame, states: &[Vec<[f64; 2]>], name: &str) {
 
 #[needs("test -d ${SPRING_ORACLE_FOSSSIM:-../shared/fosssim}")]
 #[test]
-fn course_frames_show_what_their_scenes_ask_for() {
+fn course_frames_follow_viewport_and_colours() {
     let beside = root().join("../shared/fosssim");
     let folder = std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from);
     let scenes = find_scene_files(&folder.join("scenes")).unwrap();

@@ -105,7 +105,7 @@ fn every_field_of_a_scene_round_trips() {
 }
 
 #[test]
-fn numbers_are_the_shortest_that_read_back() {
+fn generated_numbers_are_shortest_round_trip_decimals() {
     let mut scene = Ring { particles: 3, ..Ring::default() }.scene().unwrap();
     scene.particles[0].position = [0.1 + 0.2, 1e23, 0.0];
     let text = written(&scene);

@@ -13,7 +13,7 @@ use super::{ClassArgs, save};
 use crate::stop::{Stop, complain};
 use crate::submission::open_sandbox;
 
-/// The arranged folder in the folder of the results, beside the table `hand-ins.csv`.
+/// The arranged folder in the folder of the results, with the table `hand-ins.csv`.
 pub(super) const HAND_INS: &str = "hand-ins";
 
 /// The files of a class, unpacked if it is an archive.

@@ -205,7 +205,7 @@ impl Class<'_> {
         Some(counted(late.remaining(earned)))
     }
 
-    /// What the platform says about a submission.
+    /// Facts of the platform about a submission.
     fn facts(&self, name: &str) -> Option<&HandInFacts> {
         self.arranged.as_ref()?.of(name)
     }

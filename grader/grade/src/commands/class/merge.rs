@@ -124,7 +124,7 @@ impl Class<'_> {
                 format!("{done} of {total} submissions graded\n  help: continue with --resume"),
             ));
         }
-        // What phases without a result left behind.
+        // Remainders of phases without a result.
         let _ = std::fs::remove_dir_all(self.output.join(FIRST_PHASE));
         let is_open = |row: &Row| row.is_fault() || row.is_refused();
         let has_faults =

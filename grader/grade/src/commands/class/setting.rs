@@ -197,7 +197,7 @@ impl<'a> Class<'a> {
     pub(super) fn kept_runs(&self, plan: &Plan, name: &str) -> Result<Option<Arc<KeptRuns>>, Stop> {
         let mut program = self.running.clone();
         program.part(format!("{:?}", self.protections).as_bytes());
-        // What cannot be read is not run.
+        // Unreadable hand-ins are not run.
         if !self.args.graded.keep_runs || program.submission(&self.folder.join(name)).is_err() {
             return Ok(None);
         }

@@ -64,7 +64,7 @@ pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
     Ok(Exit::Passed)
 }
 
-/// What `grade init` writes, in every language, for every assignment that is there.
+/// The files that `grade init` writes, in every language, for every known assignment.
 fn skeletons(root: &RootArgs) -> Vec<Sources> {
     let folder = root.find().ok().map(|root| assignments_below(&root));
     // Hand-ins can be compared without a suite.

@@ -19,7 +19,7 @@ const SHOWN: usize = 6;
 /// An attribute: the element's tag, its number among those of the same tag, and the attribute's name.
 type Attribute = (String, usize, String);
 
-/// What changed in the file of a scene since it had this hash, a line each; empty if git does not know the old file, or
+/// Changes of a scene's file since it had this hash, a line each; empty if git does not know the old file, or
 /// the scene has several files.
 pub(super) fn changes(case: &Case, old_hash: &str) -> Vec<String> {
     let [file] = case.files.as_slice() else { return Vec::new() };

@@ -214,7 +214,7 @@ impl Review<'_> {
         )
     }
 
-    /// What is known of a change.
+    /// Facts about a change.
     fn page(&self, name: &str, change: &TraceChange) -> String {
         let case = self.suite.cases.iter().find(|case| case.id == name);
         let file = case.and_then(|case| case.files.first());

@@ -22,7 +22,7 @@ impl Stepper for Steps {
     }
 
     fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
-        let refused = |detail: &str| Failure::Crashed { detail: detail.into() };
+        let refused = |reason: &str| Failure::GaveUp { reason: reason.into() };
         let schema = simulator::vocabulary().integrator(integrator);
         let scene = Scene {
             integrator: schema.ok_or_else(|| refused("no such integrator"))?,

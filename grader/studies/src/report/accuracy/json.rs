@@ -29,7 +29,7 @@ struct JsonStudy {
     schema_version: u32,
     /// Version of the grader.
     grader_version: &'static str,
-    /// The submission measured beside the built-in simulator; null if none.
+    /// The submission measured in addition to the built-in simulator; null if none.
     submission: Option<String>,
     /// Slopes within tolerance of theory, and errors within rounding: of the submission if there is one.
     orders_agree: usize,

@@ -36,6 +36,31 @@ pub struct Oscillator {
     pub zeta: f64,
 }
 
+/// A case; its steps and energy follow by the methods of [`Case`].
+const fn case(name: &'static str, about: &'static str, draft: fn() -> Draft) -> Case {
+    Case { name, about, draft, time_steps: &[], steps: [0; 2], energy: 0.0, oscillator: None }
+}
+
+impl Case {
+    /// With these time steps, and as many steps in a quick and in a full run.
+    const fn steps(mut self, time_steps: &'static [f64], steps: [u64; 2]) -> Self {
+        (self.time_steps, self.steps) = (time_steps, steps);
+        self
+    }
+
+    /// With this energy available for motion, in joules.
+    const fn energy(mut self, energy: f64) -> Self {
+        self.energy = energy;
+        self
+    }
+
+    /// As a linear oscillator of this frequency and damping ratio.
+    const fn oscillates(mut self, omega: f64, zeta: f64) -> Self {
+        self.oscillator = Some(Oscillator { omega, zeta });
+        self
+    }
+}
+
 /// Every case, in the order of the table.
 pub fn all() -> impl Iterator<Item = &'static Case> {
     stiffness::CASES.iter().chain(motion::CASES)

@@ -3,105 +3,30 @@
 use simulator::generate::{Chain, Generator, SpringLaw, Springs, Timeline};
 use simulator::vocabulary;
 
-use super::Case;
+use super::{Case, case};
 use crate::stability::draft::Draft;
 
 pub(super) static CASES: &[Case] = &[
-    Case {
-        name: "nearly-coincident",
-        about: "two particles 1e-12 apart on a spring of rest length 1",
-        draft: || pair([1e-12, 0.0], [0.0; 2]),
-        time_steps: &[0.001, 0.1],
-        steps: [200, 2000],
-        energy: 50.0,
-        oscillator: None,
-    },
-    Case {
-        name: "coincident",
-        about: "two particles in one place, at rest: the spring has no direction",
-        draft: || pair([0.0; 2], [0.0; 2]),
-        time_steps: &[0.01],
-        steps: [20, 20],
-        energy: 50.0,
-        oscillator: None,
-    },
-    Case {
-        name: "coincident-parting",
-        about: "two particles in one place that fly apart",
-        draft: || pair([0.0; 2], [1.0, 0.5]),
-        time_steps: &[0.01],
-        steps: [200, 2000],
-        energy: 50.0,
-        oscillator: None,
-    },
-    Case {
-        name: "onto-its-end",
-        about: "the guess x + h v of the first step lies on the spring's other end",
-        draft: || {
+    case("nearly-coincident", "two particles 1e-12 apart on a spring of rest length 1", || pair([1e-12, 0.0], [0.0; 2])).steps(&[0.001, 0.1], [200, 2000]).energy(50.0),
+    case("coincident", "two particles in one place, at rest: the spring has no direction", || pair([0.0; 2], [0.0; 2])).steps(&[0.01], [20, 20]).energy(50.0),
+    case("coincident-parting", "two particles in one place that fly apart", || pair([0.0; 2], [1.0, 0.5])).steps(&[0.01], [200, 2000]).energy(50.0),
+    case("onto-its-end", "the guess x + h v of the first step lies on the spring's other end", || {
             Draft::new()
                 .fixed([0.0; 2])
                 .particle(1.0, [0.5, 0.0], [-1.0, 0.0])
                 .spring([0, 1], [1.0, 1.0, 0.0])
-        },
-        time_steps: &[0.5],
-        steps: [40, 400],
-        energy: 0.7,
-        oscillator: None,
-    },
-    Case {
-        name: "zero-rest-length",
-        about: "a triangle of springs that pull themselves to a point",
-        draft: || triangle(0.0),
-        time_steps: &[0.001, 0.1],
-        steps: [400, 4000],
-        energy: 150.0,
-        oscillator: None,
-    },
-    Case {
-        name: "zero-rest-length-damped",
-        about: "the same with damping, which needs a direction at the point",
-        draft: || triangle(1.0),
-        time_steps: &[0.001, 0.1],
-        steps: [400, 4000],
-        energy: 150.0,
-        oscillator: None,
-    },
-    Case {
-        name: "through-its-end",
-        about: "a particle shot through the end of its spring, which comes out inverted",
-        draft: || {
+        }).steps(&[0.5], [40, 400]).energy(0.7),
+    case("zero-rest-length", "a triangle of springs that pull themselves to a point", || triangle(0.0)).steps(&[0.001, 0.1], [400, 4000]).energy(150.0),
+    case("zero-rest-length-damped", "the same with damping, which needs a direction at the point", || triangle(1.0)).steps(&[0.001, 0.1], [400, 4000]).energy(150.0),
+    case("through-its-end", "a particle shot through the end of its spring, which comes out inverted", || {
             Draft::new()
                 .fixed([0.0; 2])
                 .particle(1.0, [1.0, 0.0], [-9.7, 0.0])
                 .spring([0, 1], [50.0, 1.0, 0.0])
-        },
-        time_steps: &[0.01, 0.1],
-        steps: [200, 2000],
-        energy: 47.0,
-        oscillator: None,
-    },
-    Case {
-        name: "compressed",
-        about: "a lattice compressed to a tenth: across every spring the stiffness is negative",
-        draft: || lattice(0.1, 1e4),
-        time_steps: &[0.001, 0.05],
-        steps: [100, 1000],
-        energy: 6e4,
-        oscillator: None,
-    },
-    Case {
-        name: "inverted",
-        about: "a lattice with one row folded over its neighbour",
-        draft: inverted,
-        time_steps: &[0.001, 0.05],
-        steps: [100, 1000],
-        energy: 4e4,
-        oscillator: None,
-    },
-    Case {
-        name: "indefinite",
-        about: "a column of springs pressed together by half: Newton's matrix has a negative eigenvalue",
-        draft: || {
+        }).steps(&[0.01, 0.1], [200, 2000]).energy(47.0),
+    case("compressed", "a lattice compressed to a tenth: across every spring the stiffness is negative", || lattice(0.1, 1e4)).steps(&[0.001, 0.05], [100, 1000]).energy(6e4),
+    case("inverted", "a lattice with one row folded over its neighbour", inverted).steps(&[0.001, 0.05], [100, 1000]).energy(4e4),
+    case("indefinite", "a column of springs pressed together by half: Newton's matrix has a negative eigenvalue", || {
             let mut draft = Draft::new().fixed([0.0; 2]);
             for number in 1..=5 {
                 let (x, y) = (1e-3 * f64::from(number % 2), 0.5 * f64::from(number));
@@ -110,16 +35,8 @@ pub(super) static CASES: &[Case] = &[
                 draft = draft.spring(pair, [1e4, 1.0, 0.0]);
             }
             draft
-        },
-        time_steps: &[0.001, 0.05],
-        steps: [100, 1000],
-        energy: 6.3e3,
-        oscillator: None,
-    },
-    Case {
-        name: "green-compressed",
-        about: "springs of the squared length, pressed to a hundredth: indefinite, and steep once stretched",
-        draft: || {
+        }).steps(&[0.001, 0.05], [100, 1000]).energy(6.3e3),
+    case("green-compressed", "springs of the squared length, pressed to a hundredth: indefinite, and steep once stretched", || {
             Draft::new()
                 .fixed([0.0; 2])
                 .particle(1.0, [0.01, 0.003], [0.0; 2])
@@ -127,75 +44,19 @@ pub(super) static CASES: &[Case] = &[
                 .force("greenspringforce", &[0, 1], &[("k", 1e4), ("l0", 1.0)])
                 .force("greenspringforce", &[0, 2], &[("k", 1e4), ("l0", 1.0)])
                 .force("greenspringforce", &[1, 2], &[("k", 1e4), ("l0", 1.0)])
-        },
-        time_steps: &[0.001, 0.05],
-        steps: [100, 1000],
-        energy: 1.5e4,
-        oscillator: None,
-    },
-    Case {
-        name: "cold-start",
-        about: "five particles flung at 30 m/s on springs to 5e8, at steps of a second: plain Newton runs in circles",
-        draft: flung,
-        time_steps: &[1e-5, 1.0],
-        steps: [20, 200],
-        energy: 6e8,
-        oscillator: None,
-    },
-    Case {
-        name: "near-collision",
-        about: "a comet that passes its star at a thousandth of its distance",
-        draft: || gravitating([0.03, 0.0]),
-        time_steps: &[1e-4, 0.01],
-        steps: [2_000, 20_000],
-        energy: 1.0,
-        oscillator: None,
-    },
-    Case {
-        name: "head-on",
-        about: "two bodies fall straight into each other",
-        draft: || gravitating([0.0, 0.0]),
-        time_steps: &[1e-4, 0.01],
-        steps: [2_000, 20_000],
-        energy: 1.0,
-        oscillator: None,
-    },
-    Case {
-        name: "chain-1000",
-        about: "a chain of 1,000 links let go sideways",
-        draft: chain,
-        time_steps: &[1e-4, 0.01],
-        steps: [20, 500],
-        energy: 245.0,
-        oscillator: None,
-    },
-    Case {
-        name: "vortex-heavy",
-        about: "a vortex of two particles of which one is 1e9 times as heavy",
-        draft: || {
+        }).steps(&[0.001, 0.05], [100, 1000]).energy(1.5e4),
+    case("cold-start", "five particles flung at 30 m/s on springs to 5e8, at steps of a second: plain Newton runs in circles", flung).steps(&[1e-5, 1.0], [20, 200]).energy(6e8),
+    case("near-collision", "a comet that passes its star at a thousandth of its distance", || gravitating([0.03, 0.0])).steps(&[1e-4, 0.01], [2_000, 20_000]).energy(1.0),
+    case("head-on", "two bodies fall straight into each other", || gravitating([0.0, 0.0])).steps(&[1e-4, 0.01], [2_000, 20_000]).energy(1.0),
+    case("chain-1000", "a chain of 1,000 links let go sideways", chain).steps(&[1e-4, 0.01], [20, 500]).energy(245.0),
+    case("vortex-heavy", "a vortex of two particles of which one is 1e9 times as heavy", || {
             Draft::new()
                 .particle(1e9, [0.0; 2], [0.0; 2])
                 .particle(1.0, [1.0, 0.0], [0.0, 0.5])
                 .force("vortexforce", &[0, 1], &[("kbs", 0.8), ("kvc", 1000.0)])
-        },
-        time_steps: &[1e-4, 0.01],
-        steps: [400, 4000],
-        energy: 0.5,
-        oscillator: None,
-    },
-    Case {
-        name: "free-spin",
-        about: "a rigid square that spins freely, its springs of 1e6",
-        draft: spinning,
-        time_steps: &[1e-4, 0.01],
-        steps: [1_000, 10_000],
-        energy: 4.0,
-        oscillator: None,
-    },
-    Case {
-        name: "cut-by-fixed",
-        about: "a chain that fixed particles cut into systems of their own",
-        draft: || {
+        }).steps(&[1e-4, 0.01], [400, 4000]).energy(0.5),
+    case("free-spin", "a rigid square that spins freely, its springs of 1e6", spinning).steps(&[1e-4, 0.01], [1_000, 10_000]).energy(4.0),
+    case("cut-by-fixed", "a chain that fixed particles cut into systems of their own", || {
             let mut draft = Draft::new();
             for number in 0..13_usize {
                 let x = number as f64;
@@ -208,54 +69,17 @@ pub(super) static CASES: &[Case] = &[
                 }
             }
             draft.force("simplegravity", &[], &[("fy", -9.81)])
-        },
-        time_steps: &[0.001, 0.1],
-        steps: [200, 2000],
-        energy: 120.0,
-        oscillator: None,
-    },
-    Case {
-        name: "nothing-free",
-        about: "all particles are fixed: there is nothing to solve",
-        draft: || Draft::new().fixed([0.0; 2]).fixed([2.0, 0.0]).spring([0, 1], [1e6, 1.0, 0.0]),
-        time_steps: &[0.1],
-        steps: [20, 200],
-        energy: 5e5,
-        oscillator: None,
-    },
-    Case {
-        name: "nothing-acts",
-        about: "free particles without any force",
-        draft: || {
+        }).steps(&[0.001, 0.1], [200, 2000]).energy(120.0),
+    case("nothing-free", "all particles are fixed: there is nothing to solve", || Draft::new().fixed([0.0; 2]).fixed([2.0, 0.0]).spring([0, 1], [1e6, 1.0, 0.0])).steps(&[0.1], [20, 200]).energy(5e5),
+    case("nothing-acts", "free particles without any force", || {
             Draft::new().particle(1e-12, [1e8, 0.0], [1e4, 0.0]).particle(
                 1e12,
                 [0.0; 2],
                 [1.0, 2.0],
             )
-        },
-        time_steps: &[0.1],
-        steps: [20, 200],
-        energy: 2.5e12,
-        oscillator: None,
-    },
-    Case {
-        name: "no-particles",
-        about: "a scene of nothing",
-        draft: Draft::new,
-        time_steps: &[0.1],
-        steps: [20, 200],
-        energy: 1.0,
-        oscillator: None,
-    },
-    Case {
-        name: "at-rest",
-        about: "a lattice at rest, which must stay where it is",
-        draft: || lattice(1.0, 1e6),
-        time_steps: &[0.001, 0.1],
-        steps: [100, 1000],
-        energy: 1.0,
-        oscillator: None,
-    },
+        }).steps(&[0.1], [20, 200]).energy(2.5e12),
+    case("no-particles", "a scene of nothing", Draft::new).steps(&[0.1], [20, 200]).energy(1.0),
+    case("at-rest", "a lattice at rest, which must stay where it is", || lattice(1.0, 1e6)).steps(&[0.001, 0.1], [100, 1000]).energy(1.0),
 ];
 
 fn pair(apart: [f64; 2], velocity: [f64; 2]) -> Draft {

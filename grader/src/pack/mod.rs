@@ -532,7 +532,11 @@ impl Pack {
         self.layers.iter().try_for_each(|layer| layer.lay(&home)).map_err(fault)?;
         lay(&taken, received.folder(), &home)?;
         runner.readable.extend(self.readable.iter().cloned());
-        Ok(folder::build(name, scratch, &self.recipe, runner, limits)?)
+        let mut built = folder::build(name, scratch, &self.recipe, runner, limits)?;
+        if let Built::Program(program) = &mut built {
+            program.taken = Some(taken.words(&files));
+        }
+        Ok(built)
     }
 }
 

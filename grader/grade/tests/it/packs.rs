@@ -749,6 +749,10 @@ fn class_on_the_starter_code_lands_where_it_should() {
         .iter()
         .filter(|(name, (points, verdict))| (points.as_str(), verdict.as_str()) != expected(name));
     assert_eq!(unexpected.collect::<Vec<_>>(), [], "{}", run.stdout);
+    let report = folder.read("out/reports/right-extra-file.txt");
+    let taken = "Taken from the hand-in: FOSSSim/ExplicitEuler.cpp, FOSSSim/Helper.cpp, FOSSSim/SimpleGravityForce.cpp; not \
+                 README.txt.";
+    assert!(report.contains(taken) && report.contains(", pack "), "{report}");
     let report = folder.read("out/reports/broken-syntax.txt");
     assert!(report.contains("ExplicitEuler.cpp"), "{report}");
     let (_, to_look_at) = run.stdout.split_once("Not graded, for people to look at").unwrap();

@@ -111,6 +111,8 @@ pub struct StoredReport {
     required: StoredTotals,
     extra_credit: StoredTotals,
     creative: Option<StoredCreative>,
+    #[serde(default)]
+    adjustments: Vec<StoredAdjustment>,
     features: Vec<StoredFeature>,
     provenance: Option<StoredProvenance>,
     /// Everything in it, by its keys.
@@ -186,6 +188,11 @@ struct StoredCreative {
     marks: Vec<[f64; 3]>,
     points: f64,
     points_earned: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+struct StoredAdjustment {
+    points: f64,
 }
 
 #[derive(Debug, Deserialize)]
@@ -312,6 +319,11 @@ impl StoredReport {
     /// The marks of its creative scene; `None` if the scenes of the class were not marked.
     pub fn marks(&self) -> Option<&[[f64; 3]]> {
         self.creative.as_ref().map(|creative| creative.marks.as_slice())
+    }
+
+    /// The sum of its adjustments; `None` if it has none.
+    pub fn adjusted(&self) -> Option<f64> {
+        self.adjustments.iter().map(|adjustment| adjustment.points).reduce(|a, b| a + b)
     }
 
     /// Whether it is about a scene of this name.

@@ -26,6 +26,7 @@ use rayon::prelude::*;
 use scene::trace::State;
 
 use crate::boundary::printed::Untrusted;
+use crate::boundary::seal::Secret;
 use crate::compare::{Comparison, Criteria};
 use crate::oracle::Oracle;
 use crate::probe;
@@ -97,8 +98,8 @@ pub struct Checks {
     pub jacobians: bool,
     /// Measurement of a program's forces and Jacobians from single steps.
     pub probe: bool,
-    /// Altered copies of the scenes that a program passes.
-    pub altered: bool,
+    /// Altered copies of the scenes that a program passes, drawn from this number.
+    pub altered: Option<Secret>,
     /// Hidden scenes.
     pub hidden: bool,
     /// The machine grades no other submission: hidden scenes run also without namespaces.
@@ -174,12 +175,17 @@ impl<'a> Grader<'a> {
             };
             grading.probing = Some(probe::probe(program, offers));
         }
-        if let Some(program) = program().filter(|_| checks.altered) {
+        if let (Some(program), Some(secret)) = (program(), checks.altered) {
             observer.notice(Event::Task(Task::Altered));
             let is_stopped = || observer.is_stopped();
             let passed = grading.passed_cases(suite, rubric.other_root());
-            let copied =
-                altered::of_program(suite, &passed, &program.with_own_budget(), &is_stopped);
+            let copied = altered::of_program(
+                suite,
+                &passed,
+                secret,
+                &program.with_own_budget(),
+                &is_stopped,
+            );
             grading.withdraw(copied.filter(|_| !is_stopped()));
         }
         if let Hidden::NotRun { reason, .. } = &mut grading.hidden

@@ -55,6 +55,8 @@ struct Report {
     protection: Option<Vec<&'static str>>,
     /// The protections that were not in force; null as above.
     protection_missing: Option<Vec<&'static str>>,
+    /// What a course pack took from the hand-in, in words; null without a pack.
+    taken: Option<String>,
     /// Result of re-running some scenes; null if no program was run.
     repetition: Option<JsonRepetition>,
     /// Forces and Jacobians of the program, measured from single steps; null if not measured.
@@ -441,6 +443,7 @@ impl Report {
                 protections.iter().map(|protection| protection.name()).collect()
             }),
             protection_missing: grading.protection.as_deref().map(text::missing),
+            taken: grading.taken.as_ref().map(|taken| taken.line()),
             repetition: grading.repetition.as_ref().map(|repetition| JsonRepetition {
                 scenes: repetition.scenes,
                 differing: repetition.differing.clone(),

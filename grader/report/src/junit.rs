@@ -80,6 +80,7 @@ fn provenance_suite(provenance: &Provenance, protection: Option<&[Protection]>) 
         ("commit", hash(&provenance.commit)),
         ("platform", provenance.platform.clone()),
         ("rubric_sha256", hash(&provenance.rubric)),
+        ("pack_sha256", hash(&provenance.pack)),
         ("assignment_sha256", hash(&provenance.assignment)),
         ("oracle_sha256", provenance.oracle()),
         ("hidden_sha256", hash(&provenance.hidden)),

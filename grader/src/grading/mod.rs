@@ -158,6 +158,9 @@ impl<'a> Grader<'a> {
             && !checks.is_alone;
         (grading.jacobians, grading.protection) = (jacobians, protection);
         grading.assignment = self.assignment.map(AssignmentName::of);
+        if let Submission::Program(program) = submission {
+            grading.taken = program.taken.clone();
+        }
         grading.is_own = matches!(submission, Submission::BuiltIn(_));
         grading.hidden = self.hidden_not_run();
         if let Some(program) = program() {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use grader::grading::Grading;
 use platforms::github::{annotations, commands_off, commands_on, summary};
 
-use crate::output::print;
+use crate::output::print_commands;
 use crate::stop::Stop;
 
 /// A step, during which nothing that is printed is a command.
@@ -36,7 +36,7 @@ impl Actions {
         // The standard library's hashers have random keys.
         let random = || std::hash::RandomState::new().build_hasher().finish();
         let token = format!("{:016x}{:016x}", random(), random());
-        print(commands_off(&token).as_bytes())?;
+        print_commands(&commands_off(&token))?;
         Ok(Self { summary, token })
     }
 
@@ -53,7 +53,7 @@ impl Actions {
 
     fn write(&self, summary: &str, annotations: &str) -> Result<(), Stop> {
         append(&self.summary, summary)?;
-        print((commands_on(&self.token) + annotations).as_bytes())
+        print_commands(&(commands_on(&self.token) + annotations))
     }
 }
 

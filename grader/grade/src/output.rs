@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use scene::output::OutputFile;
 
 use crate::stop::Stop;
-use crate::terminal::terminal;
+use crate::terminal::{inert, terminal};
 
 /// Writes a report to a file, or to the standard output.
 pub(super) fn put(bytes: &[u8], output: Option<&Path>) -> Result<(), Stop> {
@@ -94,7 +94,18 @@ pub(super) fn leads_into(path: &Path, folder: &Path) -> io::Result<bool> {
 /// # Errors
 /// If writing fails, for example because the disk is full.
 pub(super) fn print(bytes: &[u8]) -> Result<(), Stop> {
-    let mut out = terminal(anstream::stdout());
+    write_out(terminal(anstream::stdout()), bytes)
+}
+
+/// Writes commands of ours to GitHub Actions to standard output.
+///
+/// # Errors
+/// As [`print`].
+pub(super) fn print_commands(commands: &str) -> Result<(), Stop> {
+    write_out(io::stdout(), inert(commands).as_bytes())
+}
+
+fn write_out(mut out: impl Write, bytes: &[u8]) -> Result<(), Stop> {
     match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Stop::fault(format!("standard output: {error}; the report is incomplete")))

@@ -1,4 +1,4 @@
-//! Output to streams that may be terminals.
+//! Output to streams that may be terminals, or the log of a step of GitHub Actions.
 
 use std::io::{self, Write};
 
@@ -28,6 +28,8 @@ impl<W: Write> Write for Terminal<W> {
 
     fn flush(&mut self) -> io::Result<()> {
         let shown = inert(&String::from_utf8_lossy(&std::mem::take(&mut self.held)));
+        let is_step = std::env::var_os("GITHUB_ACTIONS").is_some();
+        let shown = if is_step { without_commands(&shown) } else { shown };
         self.stream.write_all(shown.as_bytes())?;
         self.stream.flush()
     }
@@ -55,11 +57,35 @@ pub(super) fn inert(text: &str) -> String {
     shown
 }
 
+/// The text without commands to GitHub Actions: `::name` at the start of a line, behind blanks, and `##[name]` anywhere.
+fn without_commands(text: &str) -> String {
+    let quiet = |line: &str| {
+        let command = line.trim_start();
+        let blanks = &line[..line.len() - command.len()];
+        let quiet = if command.starts_with("::") {
+            format!("{blanks}: {}", &command[1..])
+        } else {
+            line.to_owned()
+        };
+        quiet.replace("##[", "# #[")
+    };
+    text.split_inclusive('\n').map(quiet).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use report::table::{BAD, BOLD, DIM, GOOD, ODD};
 
     use super::*;
+
+    #[test]
+    fn text_gives_no_commands_to_actions() {
+        let eve = "a::b\n::error::x\n \t::add-mask::y\nz ##[warning]w\n";
+        assert_eq!(
+            without_commands(eve),
+            "a::b\n: :error::x\n \t: :add-mask::y\nz # #[warning]w\n"
+        );
+    }
 
     #[test]
     fn terminal_output_keeps_styles_and_no_other_control() {

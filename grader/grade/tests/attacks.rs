@@ -370,9 +370,16 @@ fn assert_time_is_limited(setting: Setting) {
     let shared_stage = SharedStage::new(Programs::get(), setting);
     let stage = shared_stage.stage();
     let spins = stage.submission("spin_in_shorter_children", "", Target::Nothing);
-    let graded = stage.graded(&spins, &["cpu=1", "wall=3"]);
-    let report: serde_json::Value = serde_json::from_str(&graded.report).unwrap();
-    let is_counted = report["protection"].to_string().contains("memory");
+    let grade = |wall| {
+        let graded = stage.graded(&spins, &["cpu=1", wall]);
+        let report: serde_json::Value = serde_json::from_str(&graded.report).unwrap();
+        (report["protection"].to_string().contains("memory"), graded)
+    };
+    let (is_counted, mut graded) = grade("wall=3");
+    if is_counted && graded.report.contains("after 3 s") {
+        // On a busy machine, a second of processor time takes longer.
+        (_, graded) = grade("wall=60");
+    }
     let limit = if is_counted { "1 s of processor time" } else { "after 3 s" };
     assert!(graded.report.contains(limit), "{}: {}", setting.name(), graded.report);
 }

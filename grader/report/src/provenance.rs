@@ -21,6 +21,8 @@ pub struct JsonProvenance {
     platform: String,
     /// Hash of the rubric's file; null for the built-in rubric.
     rubric: Option<String>,
+    /// Hash of the course pack and its starter code; null without a pack.
+    pack: Option<String>,
     /// Hash of the assignment's file; null if every scene was graded.
     assignment: Option<String>,
     /// Hash of envelopes.toml; null where there is no such file.
@@ -85,6 +87,7 @@ impl JsonProvenance {
             commit: provenance.commit.clone(),
             platform: provenance.platform.clone(),
             rubric: provenance.rubric.clone(),
+            pack: provenance.pack.clone(),
             assignment: provenance.assignment.clone(),
             envelopes: provenance.envelopes.clone(),
             scenes: provenance.scenes.iter().map(scene).collect(),
@@ -108,6 +111,8 @@ pub struct StoredReport {
     required: StoredTotals,
     extra_credit: StoredTotals,
     creative: Option<StoredCreative>,
+    #[serde(default)]
+    adjustments: Vec<StoredAdjustment>,
     features: Vec<StoredFeature>,
     provenance: Option<StoredProvenance>,
     /// Everything in it, by its keys.
@@ -137,6 +142,7 @@ struct StoredProvenance {
     commit: Option<Untrusted>,
     platform: Untrusted,
     rubric: Option<Untrusted>,
+    pack: Option<Untrusted>,
     assignment: Option<Untrusted>,
     envelopes: Option<Untrusted>,
     scenes: BTreeMap<Untrusted, StoredHashes>,
@@ -182,6 +188,11 @@ struct StoredCreative {
     marks: Vec<[f64; 3]>,
     points: f64,
     points_earned: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+struct StoredAdjustment {
+    points: f64,
 }
 
 #[derive(Debug, Deserialize)]
@@ -310,6 +321,11 @@ impl StoredReport {
         self.creative.as_ref().map(|creative| creative.marks.as_slice())
     }
 
+    /// The sum of its adjustments; `None` if it has none.
+    pub fn adjusted(&self) -> Option<f64> {
+        self.adjustments.iter().map(|adjustment| adjustment.points).reduce(|a, b| a + b)
+    }
+
     /// Whether it is about a scene of this name.
     pub fn has_scene(&self, name: &str) -> bool {
         let scenes = self.provenance.as_ref().map(|provenance| &provenance.scenes);
@@ -342,6 +358,7 @@ impl StoredReport {
         }
         for (what, of) in [
             ("rubric", (|inputs| &inputs.rubric) as fn(&StoredProvenance) -> &Option<Untrusted>),
+            ("pack", |inputs| &inputs.pack),
             ("assignment", |inputs| &inputs.assignment),
             ("envelopes of the oracle", |inputs| &inputs.envelopes),
             ("hidden scenes", |inputs| &inputs.hidden),

@@ -34,6 +34,10 @@ const BLOCK: usize = 64;
 #[derive(Debug, Clone)]
 pub struct Seal([u8; 32]);
 
+/// A number that students do not know.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Secret(pub u64);
+
 impl Seal {
     /// The key in a folder of results, which is made if there is none.
     ///
@@ -45,8 +49,7 @@ impl Seal {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             found => return found,
         }
-        let mut key = [0; 32];
-        getrandom::fill(&mut key).map_err(io::Error::other)?;
+        let Self(key) = Self::unkept()?;
         // It appears whole, with mode 600, and once: another shard may make one at the same time.
         let mut file = NamedTempFile::new_in(results)?;
         file.write_all(&key)?;
@@ -55,6 +58,22 @@ impl Seal {
             Err(failed) if failed.error.kind() != ErrorKind::AlreadyExists => Err(failed.error),
             _ => Self::read(&path),
         }
+    }
+
+    /// A key for one run, which no file holds.
+    ///
+    /// # Errors
+    /// If the system has no random numbers.
+    pub fn unkept() -> io::Result<Self> {
+        let mut key = [0; 32];
+        getrandom::fill(&mut key).map_err(io::Error::other)?;
+        Ok(Self(key))
+    }
+
+    /// The number that altered copies are drawn from.
+    pub fn secret(&self) -> Secret {
+        let [a, b, c, d, e, f, g, h, ..] = hmac(&self.0, &[b"altered copies"]);
+        Secret(u64::from_le_bytes([a, b, c, d, e, f, g, h]))
     }
 
     /// The key in a folder of results, which has one.

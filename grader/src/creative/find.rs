@@ -25,8 +25,8 @@ pub struct Entry {
     pub refused: Option<String>,
 }
 
-/// Finds the scenes below a folder, by path: `*.xml` and `*.json`. If some are in folders called `Creative`, as the
-/// hand-outs ask, all others are left out.
+/// Finds the scenes below a folder, by path: `*.xml` and `*.json`. If some of a hand-in are in folders called `Creative`, as
+/// the hand-outs ask, its others are left out.
 ///
 /// # Errors
 /// If the folder itself cannot be listed.
@@ -41,14 +41,12 @@ pub fn find(folder: &Path) -> Result<Vec<Entry>, HandInError> {
     }
     names.sort();
     let mut hand_ins: Vec<Vec<Entry>> = names.iter().map(|name| find_in(folder, name)).collect();
-    // Hand-ins hold other scenes too.
-    let is_scene = |entry: &Entry| is_named_as_scene(&entry.below);
-    let is_creative = |entry: &Entry| is_scene(entry) && is_in_creative(&entry.below);
-    if hand_ins.iter().flatten().any(is_creative) {
-        let is_left_out = |entry: &Entry| is_scene(entry) && !is_in_creative(&entry.below);
-        hand_ins.iter_mut().for_each(|found| found.retain(|entry| !is_left_out(entry)));
-    }
     for (name, found) in names.iter().zip(&mut hand_ins) {
+        // Hand-ins hold other scenes too.
+        let is_scene = |entry: &Entry| is_named_as_scene(&entry.below);
+        if found.iter().any(|entry| is_scene(entry) && is_in_creative(&entry.below)) {
+            found.retain(|entry| !is_scene(entry) || is_in_creative(&entry.below));
+        }
         if found.len() > MAX_SCENES {
             let reason =
                 format!("it holds {} scenes; the first {MAX_SCENES} are shown", found.len());
@@ -120,9 +118,12 @@ mod tests {
     fn refused_scene_hides_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
-        for name in
-            ["ada/Creative/ada_t1m2.xml", "ada/assets/other.xml", "eve/Creative/eve_t1m2.xml"]
-        {
+        for name in [
+            "ada/Creative/ada_t1m2.xml",
+            "ada/assets/other.xml",
+            "bob/bob_t1m2.xml",
+            "eve/Creative/eve_t1m2.xml",
+        ] {
             fs::create_dir_all(path.join(name).parent().unwrap()).unwrap();
             fs::write(path.join(name), "<scene>").unwrap();
         }
@@ -141,9 +142,10 @@ mod tests {
         let found = find(path).unwrap();
         let (shown, refused): (Vec<&Entry>, Vec<&Entry>) =
             found.iter().partition(|entry| entry.refused.is_none());
-        assert_eq!(shown.len(), 2 + MAX_SCENES);
+        assert_eq!(shown.len(), 3 + MAX_SCENES);
         assert_eq!(shown[0].below, Path::new("ada/Creative/ada_t1m2.xml"));
-        assert_eq!(shown[1].below, Path::new("eve/Creative/eve_t1m2.xml"));
+        assert_eq!(shown[1].below, Path::new("bob/bob_t1m2.xml"));
+        assert_eq!(shown[2].below, Path::new("eve/Creative/eve_t1m2.xml"));
         let reasons: Vec<(&str, &str)> = refused
             .iter()
             .map(|entry| (entry.below.to_str().unwrap(), entry.refused.as_deref().unwrap()))

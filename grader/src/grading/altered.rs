@@ -12,7 +12,8 @@
 //!
 //! Zeros and ones stay, equal values stay equal, and positions, lengths and steps stay as they are: a copy costs as much as
 //! its original, and is as well-posed. A mistake that does not show in a scene does not show in its copy either. Values are
-//! replaced in the text of the scene ([`edit`](mod@edit)); the rest of the file stays. The copies are deterministic.
+//! replaced in the text of the scene ([`edit`](mod@edit)); the rest of the file stays. The factors follow from the scene and
+//! from a secret number ([`Secret`]), so that nobody can make the copies, and their traces, at home.
 //!
 //! First the fewest copies that hold all terms are run. Then, twice, of each term without a right copy the one that holds
 //! the fewest other such terms. A term with two wrong copies and no right one is not shown, and no scene that holds it
@@ -41,12 +42,13 @@ use simulator::vocabulary;
 use tempfile::TempDir;
 
 use crate::boundary::own_file::read_text;
+use crate::boundary::seal::Secret;
 use crate::compare::Criteria;
 use crate::rubric::OtherRoot;
 use crate::submission::program::{Program, SceneSource};
 use crate::submission::{StateSource, builtin};
 use crate::suite::{Case, Suite, hash_bytes};
-use crate::verdict::{Failure, Fault, RunEnd, RunFailure, Verdict};
+use crate::verdict::{Failure, Fault, Verdict};
 
 /// Number of steps that are compared.
 const STEPS: usize = 3;
@@ -239,21 +241,22 @@ enum Outcome {
 
 impl Outcome {
     fn is_exceeded(self) -> bool {
-        const LIMITS: [&str; 4] =
-            ["timed-out", "out-of-memory", "too-much-output", "too-many-processes"];
+        const LIMITS: [&str; 5] =
+            ["timed-out", "out-of-memory", "too-much-output", "too-many-processes", NOT_RUN];
         matches!(self, Self::Wrong(verdict) if LIMITS.contains(&verdict))
     }
 }
 
-/// Verdict on copies that are not run.
+/// Verdict on copies that are not run, for example beyond the budget: those of an honest program take no longer than their
+/// scenes did.
 const NOT_RUN: &str = "not-run";
 
 impl<'a> Twin<'a> {
     /// Alters a scene; `None` if that cannot be done so that it shows.
-    fn of(passed: Passed<'a>, number: u64) -> Option<Self> {
+    fn of(passed: Passed<'a>, secret: Secret, number: u64) -> Option<Self> {
         let case = passed.case;
         let text = read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?;
-        let seed = u64::from_str_radix(case.scene_hash.get(..16)?, 16).ok()?;
+        let seed = secret.0 ^ u64::from_str_radix(case.scene_hash.get(..16)?, 16).ok()?;
         let original = first_states(&case.scene)?;
         (0..DRAWS).find_map(|draw| {
             let mut random = Rng::with_seed(seed.wrapping_add(DRAWS * number + draw));
@@ -341,11 +344,7 @@ impl<'a> Twin<'a> {
         }
         let mut states = match run(&case) {
             Ok(states) => states,
-            Err(
-                Verdict::GraderFault(_)
-                | Verdict::Pass
-                | Verdict::Fail(Failure::Run(RunFailure { end: RunEnd::Budget(_), .. })),
-            ) => return Outcome::Unjudged,
+            Err(Verdict::GraderFault(_) | Verdict::Pass) => return Outcome::Unjudged,
             Err(Verdict::Fail(failure)) => return Outcome::Wrong(failure.name()),
         };
         let mut state = State::zeros(Shape::of(&self.case.scene));
@@ -433,11 +432,12 @@ pub type Runs<'a> = &'a (dyn Fn(&Case) -> Result<Box<dyn StateSource>, Verdict> 
 pub fn of_program(
     suite: &Suite,
     passed: &[Passed<'_>],
+    secret: Secret,
     program: &Program,
     is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> Option<Copied> {
     let program = program.clone().with_twice_the_limits();
-    look_for_copies(suite, passed, &|case| {
+    look_for_copies(suite, passed, secret, &|case| {
         if is_stopped() {
             let detail = "the run was ended".to_owned();
             return Err(Verdict::GraderFault(Fault::NotRun { detail }));
@@ -447,12 +447,17 @@ pub fn of_program(
 }
 
 /// Runs a submission on altered copies of the scenes that it passes. Returns what these do not confirm.
-pub fn look_for_copies(suite: &Suite, passed: &[Passed<'_>], run: Runs<'_>) -> Option<Copied> {
+pub fn look_for_copies(
+    suite: &Suite,
+    passed: &[Passed<'_>],
+    secret: Secret,
+    run: Runs<'_>,
+) -> Option<Copied> {
     // Without a folder for them, nothing is known.
     let folder = scratch_folder().ok()?;
     let folder = folder.path();
-    let twins = passed.par_iter().filter_map(|passed| Twin::of(*passed, 0)).collect();
-    let mut search = Search { twins, run, folder, n_exceeded: 0 };
+    let twins = passed.par_iter().filter_map(|passed| Twin::of(*passed, secret, 0)).collect();
+    let mut search = Search { twins, secret, run, folder, n_exceeded: 0 };
     let first = search.cover();
     search.run_all(&first);
     for number in 1..=FEWEST_WRONG as u64 {
@@ -464,6 +469,7 @@ pub fn look_for_copies(suite: &Suite, passed: &[Passed<'_>], run: Runs<'_>) -> O
 
 struct Search<'a> {
     twins: Vec<Twin<'a>>,
+    secret: Secret,
     run: Runs<'a>,
     /// Where the copies are.
     folder: &'a Path,
@@ -522,7 +528,7 @@ impl Search<'_> {
                 chosen.insert(place);
                 continue;
             }
-            let other = Twin::of(self.twins[place].passed, number);
+            let other = Twin::of(self.twins[place].passed, self.secret, number);
             if let Some(twin) = other.filter(Twin::is_tame) {
                 chosen.insert(self.twins.len());
                 self.twins.push(twin);

@@ -26,6 +26,7 @@ use rayon::prelude::*;
 use scene::trace::State;
 
 use crate::boundary::printed::Untrusted;
+use crate::boundary::seal::Secret;
 use crate::compare::{Comparison, Criteria};
 use crate::oracle::Oracle;
 use crate::probe;
@@ -98,8 +99,8 @@ pub struct Checks {
     pub jacobians: bool,
     /// Measurement of a program's forces and Jacobians from single steps.
     pub probe: bool,
-    /// Altered copies of the scenes that a program passes.
-    pub altered: bool,
+    /// Altered copies of the scenes that a program passes, drawn from this number.
+    pub altered: Option<Secret>,
     /// Hidden scenes.
     pub hidden: bool,
     /// The machine grades no other submission: hidden scenes run also without namespaces.
@@ -158,6 +159,9 @@ impl<'a> Grader<'a> {
             && !checks.is_alone;
         (grading.jacobians, grading.protection) = (jacobians, protection);
         grading.assignment = self.assignment.map(AssignmentName::of);
+        if let Submission::Program(program) = submission {
+            grading.taken = program.taken.clone();
+        }
         grading.is_own = matches!(submission, Submission::BuiltIn(_));
         grading.hidden = self.hidden_not_run();
         if let Some(program) = program() {
@@ -177,12 +181,17 @@ impl<'a> Grader<'a> {
             };
             grading.probing = Some(probe::probe(program, offers));
         }
-        if let Some(program) = program().filter(|_| checks.altered) {
+        if let (Some(program), Some(secret)) = (program(), checks.altered) {
             observer.notice(Event::Task(Task::Altered));
             let is_stopped = || observer.is_stopped();
             let passed = grading.passed_cases(suite, rubric.other_root());
-            let copied =
-                altered::of_program(suite, &passed, &program.with_own_budget(), &is_stopped);
+            let copied = altered::of_program(
+                suite,
+                &passed,
+                secret,
+                &program.with_own_budget(),
+                &is_stopped,
+            );
             grading.withdraw(copied.filter(|_| !is_stopped()));
         }
         if let Hidden::NotRun { reason, .. } = &mut grading.hidden
@@ -247,9 +256,10 @@ impl<'a> Grader<'a> {
             }
             results
         };
-        let others: Vec<_> = match observer.is_stopped() {
-            true => Vec::new(),
-            false => features.par_iter().zip(&begun).flat_map_iter(judge).collect(),
+        let others: Vec<_> = if observer.is_stopped() {
+            Vec::new()
+        } else {
+            features.par_iter().zip(&begun).flat_map_iter(judge).collect()
         };
         let pilots = pilots.into_iter().map(|(judged, _)| judged);
         let mut results: Vec<Judged<'_>> = pilots.chain(others).collect();

@@ -94,6 +94,8 @@ pub struct Program {
     pub(super) runner: Runner,
     /// The folder that it was built in; it lives as long as the program.
     pub(super) copy: Option<Arc<Scratch>>,
+    /// What a pack took from the hand-in, in words.
+    pub(crate) taken: Option<Untrusted>,
 }
 
 /// A calling convention.
@@ -176,7 +178,7 @@ impl Program {
         // An absolute path, because each run has another working directory.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let (arguments, format) = (Vec::new(), TraceFormat::Csv);
-        let mut program = Self { name, path, arguments, format, runner, copy: None };
+        let mut program = Self { name, path, arguments, format, runner, copy: None, taken: None };
         // The sandbox's own user may lack permission to read the original.
         if program.runner.sandbox.has_own_user() {
             let copy = scratch_folder().map_err(SandboxError::no_scratch)?;

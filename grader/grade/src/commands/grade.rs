@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use grader::boundary::seal::Seal;
 use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, GradingOutcome};
 use grader::submission::Submission;
@@ -177,10 +178,11 @@ impl GradeArgs {
         interrupt.check("the submission was still being built; no scene was graded")?;
         let (submission, protection) = opened?;
         // With --only, run nothing but the chosen scenes.
+        let secret = Seal::unkept().map_err(Stop::fault)?.secret();
         let checks = Checks {
             jacobians: !self.judge.no_jacobians,
             probe: !self.judge.no_jacobians && is_whole,
-            altered: is_whole,
+            altered: is_whole.then_some(secret),
             hidden: is_whole,
             is_alone: self.is_handed_in(),
             recordings: reports.need_recordings(),

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 use grader::boundary::door::Door;
 use grader::boundary::printed::RawUse;
+use grader::boundary::seal::Seal;
 use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, Hidden, NotRunReason};
 use grader::suite::assignment::ALL;
@@ -83,10 +84,11 @@ impl VerifyReportArgs {
         let options = options(judge, &self.run, old.is_whole());
         let provenance = provenance(&inputs, &oracle, options, Some(path))?;
         let (submission, protection) = open_path(path, &self.run, &inputs, &[])?;
+        let secret = Seal::unkept().map_err(Stop::fault)?.secret();
         let checks = Checks {
             jacobians: !judge.no_jacobians,
             probe: !judge.no_jacobians && old.is_whole(),
-            altered: old.is_whole(),
+            altered: old.is_whole().then_some(secret),
             hidden: old.is_whole(),
             is_alone: false,
             recordings: false,
@@ -119,6 +121,11 @@ impl VerifyReportArgs {
         if let Hidden::NotRun { reason: NotRunReason::WithoutNamespaces, .. } = &grading.hidden {
             text +=
                 "  hidden scenes: not run, for the system refuses programs their own namespaces\n";
+        }
+        if let Some(adjusted) = old.adjusted() {
+            text += &format!(
+                "  adjustments: {adjusted} points, which only the report says; compare them with the teacher's file\n"
+            );
         }
         if marks.is_some() {
             text +=

@@ -331,6 +331,7 @@ pub(crate) const ATTACKS: &[Attack] = &[
         .measured(),
     attack("huge pages of which a part is kept", "parts_of_huge_pages")
         .gives(REFUSED_OR_COUNTED)
+        .limits(&["wall=60"])
         .measured(),
     attack("pages in a chain of forks", "chain_of_pages").gives(OUT_OF_MEMORY),
     attack("mappings in a chain of forks", "chain_of_mappings")

@@ -12,9 +12,10 @@ use crate::folder::Folder;
 use serde_json::Value;
 
 /// Depending on its first argument, looks up the scene in `known` by its bytes or by its description, or simulates it. On
-/// other scenes it then stops, floods its output, or simulates without some forces.
+/// other scenes it then stops, waits, floods its output, or simulates without some forces. A recorder (`spy:FOLDER`) simulates
+/// them, and stores them with their traces.
 const PROGRAM: &str = r#"
-import math, pathlib, re, sys
+import hashlib, math, pathlib, re, sys, time
 import xml.etree.ElementTree as ElementTree
 
 mode, path, trace = sys.argv[1:]
@@ -33,7 +34,9 @@ if mode in ("bytes", "description"):
 while mode in ("flood", "endless"):
     print("x" * 65536 if mode == "flood" else "")
     sys.stdout.flush()
-if mode == "silent":
+if mode == "slow":
+    time.sleep(3.6)
+if mode in ("silent", "slow"):
     sys.exit()
 
 root = ElementTree.fromstring(text)
@@ -63,6 +66,10 @@ with open(trace, "w") as file:
                 old = v[i][axis]
                 v[i][axis] += h * a
                 x[i][axis] += h * (old if explicit else v[i][axis])
+if mode.startswith("spy:"):
+    known = pathlib.Path(mode[4:]) / hashlib.sha256(text.encode()).hexdigest()
+    known.with_suffix(".csv").write_text(pathlib.Path(trace).read_text())
+    known.with_suffix(".xml").write_text(text)
 "#;
 
 /// Shipped scenes with explicit methods, from four groups.
@@ -183,6 +190,40 @@ fn assert_no_credit(count: usize) {
         assert_eq!(by_bytes(&report), has_bytes, "{mode}: {copied}");
         assert_eq!(report["required"]["points_earned"] == 0.0, counted.is_empty(), "{mode}");
     }
+}
+
+/// The factors of copies are secret: what a student records while grading at home does not help later.
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn copies_recorded_at_home_earn_no_credit() {
+    let project = Project::new();
+    ["bytes", "spy"].iter().for_each(|mode| project.submit(mode));
+    let known = project.path("class/bytes/known");
+    let count = || xml_files(&known).len();
+    let shipped = count();
+    let manifest = project.path("class/spy/submission.toml");
+    let run = fs::read_to_string(&manifest).unwrap();
+    let spy = run.replace("\"spy\"", &format!("\"spy:{}\"", known.display()));
+    fs::write(&manifest, spy).unwrap();
+    for arguments in [["--no-jacobians", "--unprotected"]; 2] {
+        let report = project.json("spy", &arguments);
+        let copied = report["copied"]["withdrawn"].as_array();
+        assert!(copied.is_none_or(|withdrawn| withdrawn.len() <= 1), "{}", report["copied"]);
+    }
+    assert!(count() >= shipped + 4, "{} scenes, then {}", shipped, count());
+    let report = project.json("bytes", &["--no-jacobians"]);
+    assert!(groups(&report, "pass").is_empty(), "{}", report["copied"]);
+}
+
+/// Copies beyond the budget count as those before it, so that slow wrong ones do not save the others.
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn slow_wrong_copies_earn_no_credit() {
+    let project = Project::new();
+    project.submit("slow");
+    let limits = ["--no-jacobians", "--limit", "wall=2", "--limit", "budget=10"];
+    let report = project.json("slow", &limits);
+    assert!(groups(&report, "pass").is_empty(), "{}", report["copied"]);
 }
 
 #[needs("test -x /usr/bin/python3")]

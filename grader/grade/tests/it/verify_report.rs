@@ -218,6 +218,18 @@ fn a_report_is_bounded_and_cannot_contradict_itself() {
 }
 
 #[test]
+fn points_that_only_the_report_says_are_named() {
+    let project = project();
+    let mut report: Value = serde_json::from_str(&project.read("report.json")).unwrap();
+    let line = |run: &Run| run.stdout.contains("  adjustments: 50 points, which only");
+    assert!(!line(&verify(&project, "report.json", "class/ada")));
+    report["adjustments"] = serde_json::json!([{"points": 50, "reason": "granted"}]);
+    project.write("granted.json", &report.to_string());
+    let run = verify(&project, "granted.json", "class/ada");
+    assert!(line(&run), "{}{}", run.stdout, run.stderr);
+}
+
+#[test]
 fn the_report_of_a_class_is_verified_too() {
     let project = Project::new();
     project.program("class/ada", RIGHT);

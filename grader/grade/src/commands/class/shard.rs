@@ -261,7 +261,7 @@ impl Class<'_> {
         let checks = Checks {
             jacobians: measured,
             probe: measured,
-            altered: true,
+            altered: Some(self.seal.secret()),
             hidden,
             is_alone: false,
             recordings: self.pages.is_some(),

@@ -129,7 +129,7 @@ static void *burn_in_thread(void *unused) {
 }
 static void spin_in_short_threads(void) {
     double start = seconds();
-    while (seconds() < start + 12) {
+    while (seconds() < start + 28) {
         pthread_t thread;
         if (pthread_create(&thread, NULL, burn_in_thread, NULL) == 0) pthread_join(thread, NULL);
     }

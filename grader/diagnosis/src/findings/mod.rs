@@ -309,8 +309,7 @@ impl Findings {
             return (Self::default(), vec![Found::default(); judged.len()]);
         }
         let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
-        let mut list = Vec::new();
-        list.extend(outputs(&mut scenes));
+        let mut list = outputs(&mut scenes);
         let other_roots = other_roots(&mut scenes, &roots);
         let causes = search::causes(&mut scenes);
         // A wrong Jacobian leads Newton's method elsewhere.
@@ -321,6 +320,7 @@ impl Findings {
         if !has_wrong_jacobian && !causes.iter().any(is_known) {
             list.extend(other_roots);
         }
+        take_rounded(&mut scenes, &mut list);
         let mut to_look_at = features(&scenes, &causes);
         let shared = common(&scenes, &to_look_at);
         // What a program does in place of a method that it lacks is no evidence of that method.
@@ -544,6 +544,21 @@ fn settle_open(kinds: &mut Vec<(Kind, Vec<usize>)>) {
                 .filter(|(kind, _)| *kind == known)
                 .for_each(|(_, all)| all.extend(&numbers));
         }
+    }
+}
+
+/// Adds to the finding on the precision the scenes that it explains, although their numbers are off by more than one rounding:
+/// each step is right, or all numbers are in single precision.
+fn take_rounded(scenes: &mut [SceneEvidence<'_>], list: &mut [Finding]) {
+    let is_precision = |finding: &&mut Finding| finding.features == [Feature::Precision];
+    let Some(finding) = list.iter_mut().find(is_precision) else { return };
+    let is_rounded = |scene: &&mut SceneEvidence<'_>| {
+        let is_open = scene.kind == Some(Kind::Wrong) && !scene.explained && scene.rounding > 0.0;
+        is_open && (scene.steps.wrong == 0 || scene.steps.single_precision)
+    };
+    for scene in scenes.iter_mut().filter(is_rounded) {
+        scene.explained = true;
+        finding.scenes.push(scene.judged.name.to_owned());
     }
 }
 

@@ -619,9 +619,12 @@ impl JsonFeature {
 impl JsonScene {
     fn of(scene: &SceneResult) -> Self {
         let Comparison { verdict, states, position, velocity, first_wrong, .. } = &scene.comparison;
-        let residuals = |residuals: &Residuals| match scene.comparison.is_compared() {
-            true => JsonResiduals::of(residuals),
-            false => JsonResiduals { largest: None, accumulated: None },
+        let residuals = |residuals: &Residuals| {
+            if scene.comparison.is_compared() {
+                JsonResiduals::of(residuals)
+            } else {
+                JsonResiduals { largest: None, accumulated: None }
+            }
         };
         let (tolerances, calibration) = match &scene.criteria {
             Criteria::Fixed(Tolerances { largest, accumulated }) => {

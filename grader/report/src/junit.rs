@@ -28,10 +28,8 @@ pub fn render(grading: &Grading, times: &SceneTimes) -> io::Result<String> {
     for result in &grading.features {
         let section = result.feature.section.name();
         let credit = result.credit();
-        let failed = match grading.decides(result) {
-            true => ProblemKind::Failure,
-            false => ProblemKind::Skipped,
-        };
+        let failed =
+            if grading.decides(result) { ProblemKind::Failure } else { ProblemKind::Skipped };
         let mut suite = TestSuite {
             name: format!("{section} / {}", result.feature),
             properties: vec![

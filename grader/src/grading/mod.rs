@@ -250,9 +250,10 @@ impl<'a> Grader<'a> {
             }
             results
         };
-        let others: Vec<_> = match observer.is_stopped() {
-            true => Vec::new(),
-            false => features.par_iter().zip(&begun).flat_map_iter(judge).collect(),
+        let others: Vec<_> = if observer.is_stopped() {
+            Vec::new()
+        } else {
+            features.par_iter().zip(&begun).flat_map_iter(judge).collect()
         };
         let pilots = pilots.into_iter().map(|(judged, _)| judged);
         let mut results: Vec<Judged<'_>> = pilots.chain(others).collect();

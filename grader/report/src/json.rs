@@ -184,8 +184,8 @@ struct JsonGroup {
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonFinding {
-    /// "output", "cause" (a mistake, proven by replay), "feature" (one to look at), "crash", "time-out", "memory",
-    /// "other-root" or "not-implemented".
+    /// "output", "cause" (a mistake, proven by replay), "possible-cause" (it explains most scenes, not all), "feature" (one to
+    /// look at), "crash", "time-out", "memory", "other-root", "common" (no cause found) or "not-implemented".
     kind: &'static str,
     /// The finding as a sentence.
     message: String,

@@ -43,6 +43,7 @@ use hidden::HiddenSuite;
 use sandbox::Protection;
 
 use diagnose::look_into;
+use diagnosis::findings::Finding;
 use judge::{Judged, judge_case, of_case, restart_some};
 pub use judge::{judge, panic_message};
 use result::gather;
@@ -165,7 +166,12 @@ impl<'a> Grader<'a> {
         grading.hidden = self.hidden_not_run();
         if let Some(program) = program() {
             observer.notice(Event::Task(Task::Repetition));
-            grading.repetition = Some(Repetition::of(suite, program));
+            let repetition = Repetition::of(suite, program);
+            if !repetition.differing.is_empty() {
+                let first = Finding::of_differing_runs(repetition.differing.clone());
+                grading.findings.list.insert(0, first);
+            }
+            grading.repetition = Some(repetition);
         }
         let measures = self.assignment.is_none_or(|assignment| assignment.scope().has_jacobians());
         if let Some(program) = program().filter(|_| checks.probe && measures) {

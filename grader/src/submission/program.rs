@@ -333,7 +333,7 @@ impl Program {
         }
         // The particle keeps its velocity. Other mistakes are judged in the scenes.
         let found = [state.positions, state.velocities].concat();
-        if !GREETED_VELOCITY.iter().any(|value| found.contains(value)) {
+        if !GREETED_VELOCITY.iter().any(|value| found.contains(value) || found.contains(&-value)) {
             return Err(Failure::malformed(FormFault::NoVelocity(GREETED_VELOCITY)).into());
         }
         Ok(())

@@ -6,6 +6,7 @@ Students never get this folder, but whoever finds its address on GitHub Pages ca
 import datetime
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -14,6 +15,12 @@ from pathlib import Path
 FOLDER = Path(__file__).resolve().parent
 GRADE = FOLDER / "grade"
 POINTS = Path(tempfile.mkdtemp()) / "points.json"
+
+# Whatever the repository has in the place of the result: a result of its own, a link, or a folder.
+RESULT = Path("result.json")
+if RESULT.is_dir() and not RESULT.is_symlink():
+    shutil.rmtree(RESULT)
+RESULT.unlink(missing_ok=True)
 
 GRADE.chmod(0o755)
 reports = ["--report", "text", "--report", "github", "--report", f"classroom50={POINTS}"]
@@ -38,4 +45,6 @@ result = {
     # The runner puts the time of the commit in its place.
     "datetime": now,
 } | json.loads(POINTS.read_text())
-Path("result.json").write_text(json.dumps(result, indent=2))
+written = POINTS.with_name("result.json")
+written.write_text(json.dumps(result, indent=2))
+shutil.move(written, RESULT)

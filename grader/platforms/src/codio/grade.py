@@ -10,7 +10,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path.append("/usr/share/codio/assessments")
+# Before any folder of the student's. It runs as `python3 -I`, which leaves those out.
+sys.path.insert(0, "/usr/share/codio/assessments")
 from lib.grade import FORMAT_V2_TXT, send_grade_v2  # noqa: E402
 
 FOLDER = Path(__file__).resolve().parent

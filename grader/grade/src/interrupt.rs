@@ -26,10 +26,7 @@ impl Interrupt {
     /// # Errors
     /// If an interrupt was requested.
     pub(super) fn check(&self, done: &str) -> Result<(), Stop> {
-        match self.is_requested() {
-            true => Err(Stop(Exit::Interrupted, done.to_owned())),
-            false => Ok(()),
-        }
+        if self.is_requested() { Err(Stop(Exit::Interrupted, done.to_owned())) } else { Ok(()) }
     }
 }
 

@@ -32,9 +32,10 @@ pub(super) fn load(file: &Path) -> BTreeSet<String> {
 pub(super) fn store(file: &Path, grading: &Grading) {
     let mut names = load(file);
     for scene in grading.features.iter().flat_map(|feature| &feature.scenes) {
-        match scene.comparison.verdict.is_pass() {
-            true => names.remove(&scene.id),
-            false => names.insert(scene.id.clone()),
+        if scene.comparison.verdict.is_pass() {
+            names.remove(&scene.id)
+        } else {
+            names.insert(scene.id.clone())
         };
     }
     let text: String = names.iter().map(|name| format!("{name}\n")).collect();

@@ -59,6 +59,7 @@ pub(super) fn provenance(
         commit: COMMIT.map(str::to_owned),
         platform: platform(),
         rubric: hash(inputs.rubric_path.as_ref())?,
+        pack: inputs.pack.as_ref().map(|pack| pack.hash().to_owned()),
         assignment: hash(assignment.as_ref())?,
         envelopes: manifest.map(|manifest| manifest.envelopes_sha256.clone()),
         scenes: inputs.suite.cases.iter().map(scene).collect(),

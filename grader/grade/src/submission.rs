@@ -92,12 +92,11 @@ pub(super) fn check(sandbox: &Sandbox, required: &[Protection]) -> Result<(), St
     let say = |names: String| format!("this system does not offer protection of: {names}{reason}");
     let is_closed = in_force.contains(&Protection::ClosedFolders);
     if required.iter().any(|protection| !protection.holds_under(in_force)) {
-        let weaker = match is_closed {
-            true => {
-                "\n  help: require = [\"closed-folders\"] in [protection] of the rubric accepts a user ID of its own and \
+        let weaker = if is_closed {
+            "\n  help: require = [\"closed-folders\"] in [protection] of the rubric accepts a user ID of its own and \
                  closed folders in the place of \"files\""
-            }
-            false => "",
+        } else {
+            ""
         };
         return Err(format!("nothing is run: {}{weaker}", say(names(required))));
     }

@@ -454,9 +454,10 @@ const TAYLOR: [f64; 7] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.
 /// `Σ r_j r_k cos (j − k)φ`, `j + k = m`: its terms that cancel do so without rounding errors of the size of 1. Beyond,
 /// the larger of both `|z|` is on the negative axis. No limit is shorter than 1/2 or longer than 8 there.
 fn along_the_ray(coefficients: &[f64], zeta: f64) -> f64 {
-    let (angle, scale) = match zeta <= 1.0 {
-        true => ((-zeta).acos(), 1.0),
-        false => (std::f64::consts::PI, zeta + (zeta * zeta - 1.0).sqrt()),
+    let (angle, scale) = if zeta <= 1.0 {
+        ((-zeta).acos(), 1.0)
+    } else {
+        (std::f64::consts::PI, zeta + (zeta * zeta - 1.0).sqrt())
     };
     let growth = |size: f64| -> f64 {
         let mut sum = 0.0;

@@ -55,6 +55,8 @@ struct Report {
     protection: Option<Vec<&'static str>>,
     /// The protections that were not in force; null as above.
     protection_missing: Option<Vec<&'static str>>,
+    /// What a course pack took from the hand-in, in words; null without a pack.
+    taken: Option<String>,
     /// Result of re-running some scenes; null if no program was run.
     repetition: Option<JsonRepetition>,
     /// Forces and Jacobians of the program, measured from single steps; null if not measured.
@@ -182,8 +184,8 @@ struct JsonGroup {
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonFinding {
-    /// "output", "cause" (a mistake, proven by replay), "feature" (one to look at), "crash", "time-out", "memory",
-    /// "other-root" or "not-implemented".
+    /// "output", "cause" (a mistake, proven by replay), "possible-cause" (it explains most scenes, not all), "feature" (one to
+    /// look at), "crash", "time-out", "memory", "other-root", "common" (no cause found) or "not-implemented".
     kind: &'static str,
     /// The finding as a sentence.
     message: String,
@@ -441,6 +443,7 @@ impl Report {
                 protections.iter().map(|protection| protection.name()).collect()
             }),
             protection_missing: grading.protection.as_deref().map(text::missing),
+            taken: grading.taken.as_ref().map(|taken| taken.line()),
             repetition: grading.repetition.as_ref().map(|repetition| JsonRepetition {
                 scenes: repetition.scenes,
                 differing: repetition.differing.clone(),
@@ -616,9 +619,12 @@ impl JsonFeature {
 impl JsonScene {
     fn of(scene: &SceneResult) -> Self {
         let Comparison { verdict, states, position, velocity, first_wrong, .. } = &scene.comparison;
-        let residuals = |residuals: &Residuals| match scene.comparison.is_compared() {
-            true => JsonResiduals::of(residuals),
-            false => JsonResiduals { largest: None, accumulated: None },
+        let residuals = |residuals: &Residuals| {
+            if scene.comparison.is_compared() {
+                JsonResiduals::of(residuals)
+            } else {
+                JsonResiduals { largest: None, accumulated: None }
+            }
         };
         let (tolerances, calibration) = match &scene.criteria {
             Criteria::Fixed(Tolerances { largest, accumulated }) => {

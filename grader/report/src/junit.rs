@@ -28,10 +28,8 @@ pub fn render(grading: &Grading, times: &SceneTimes) -> io::Result<String> {
     for result in &grading.features {
         let section = result.feature.section.name();
         let credit = result.credit();
-        let failed = match grading.decides(result) {
-            true => ProblemKind::Failure,
-            false => ProblemKind::Skipped,
-        };
+        let failed =
+            if grading.decides(result) { ProblemKind::Failure } else { ProblemKind::Skipped };
         let mut suite = TestSuite {
             name: format!("{section} / {}", result.feature),
             properties: vec![
@@ -82,6 +80,7 @@ fn provenance_suite(provenance: &Provenance, protection: Option<&[Protection]>) 
         ("commit", hash(&provenance.commit)),
         ("platform", provenance.platform.clone()),
         ("rubric_sha256", hash(&provenance.rubric)),
+        ("pack_sha256", hash(&provenance.pack)),
         ("assignment_sha256", hash(&provenance.assignment)),
         ("oracle_sha256", provenance.oracle()),
         ("hidden_sha256", hash(&provenance.hidden)),

@@ -21,6 +21,8 @@ pub struct JsonProvenance {
     platform: String,
     /// Hash of the rubric's file; null for the built-in rubric.
     rubric: Option<String>,
+    /// Hash of the course pack and its starter code; null without a pack.
+    pack: Option<String>,
     /// Hash of the assignment's file; null if every scene was graded.
     assignment: Option<String>,
     /// Hash of envelopes.toml; null where there is no such file.
@@ -85,6 +87,7 @@ impl JsonProvenance {
             commit: provenance.commit.clone(),
             platform: provenance.platform.clone(),
             rubric: provenance.rubric.clone(),
+            pack: provenance.pack.clone(),
             assignment: provenance.assignment.clone(),
             envelopes: provenance.envelopes.clone(),
             scenes: provenance.scenes.iter().map(scene).collect(),
@@ -139,6 +142,7 @@ struct StoredProvenance {
     commit: Option<Untrusted>,
     platform: Untrusted,
     rubric: Option<Untrusted>,
+    pack: Option<Untrusted>,
     assignment: Option<Untrusted>,
     envelopes: Option<Untrusted>,
     scenes: BTreeMap<Untrusted, StoredHashes>,
@@ -354,6 +358,7 @@ impl StoredReport {
         }
         for (what, of) in [
             ("rubric", (|inputs| &inputs.rubric) as fn(&StoredProvenance) -> &Option<Untrusted>),
+            ("pack", |inputs| &inputs.pack),
             ("assignment", |inputs| &inputs.assignment),
             ("envelopes of the oracle", |inputs| &inputs.envelopes),
             ("hidden scenes", |inputs| &inputs.hidden),

@@ -349,6 +349,9 @@ pub(super) fn write_circumstances(
     audience: Audience,
 ) -> io::Result<()> {
     write_criteria(out, grading)?;
+    if let Some(taken) = &grading.taken {
+        writeln!(out, "  {DIM}Taken from the hand-in: {}.{DIM:#}", taken.line())?;
+    }
     if let (Some(protection), Audience::Graders) = (&grading.protection, audience) {
         write_protection(out, protection)?;
     }
@@ -371,16 +374,18 @@ pub(super) fn write_provenance(out: &mut dyn Write, provenance: &Provenance) -> 
         format!("commit {}{modified}, ", short_hash(commit))
     });
     let rubric = provenance.rubric.as_deref().map_or("built in".to_owned(), short_hash);
-    let hidden =
-        provenance.hidden.as_deref().map(|hash| format!(", hidden scenes {}", short_hash(hash)));
+    let also = |what: &str, hash: &Option<String>| {
+        hash.as_deref().map_or_else(String::new, |hash| format!(", {what} {}", short_hash(hash)))
+    };
     writeln!(
         out,
-        "  {DIM}Graded by grade {} ({}{}); rubric {rubric}, scenes and oracle {}{}.{DIM:#}",
+        "  {DIM}Graded by grade {} ({}{}); rubric {rubric}{}, scenes and oracle {}{}.{DIM:#}",
         env!("CARGO_PKG_VERSION"),
         commit.unwrap_or_default(),
         provenance.platform,
+        also("pack", &provenance.pack),
         short_hash(&provenance.oracle()),
-        hidden.unwrap_or_default()
+        also("hidden scenes", &provenance.hidden)
     )
 }
 

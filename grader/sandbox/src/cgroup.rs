@@ -119,9 +119,10 @@ impl Groups {
             succeeds_within(SCOPE_TIMEOUT, &mut command)
         };
         // Without this variable, there is no service manager of a user.
-        match !is_root && std::env::var_os(MANAGER[1]).is_some() && tested() {
-            true => Ok(Self::Scopes),
-            false => Err("no control group with the memory controller is delegated".to_owned()),
+        if !is_root && std::env::var_os(MANAGER[1]).is_some() && tested() {
+            Ok(Self::Scopes)
+        } else {
+            Err("no control group with the memory controller is delegated".to_owned())
         }
     }
 

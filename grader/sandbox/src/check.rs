@@ -55,11 +55,10 @@ pub(super) fn strongest(launcher: &Path) -> Result<Protected, SandboxError> {
     };
     let system = walls::system();
     let starters = Starters::new(launcher.clone());
-    let candidates: &[(Namespaces, bool)] = match rustix::process::geteuid().is_root() {
-        true => {
-            &[(Namespaces::Privileged, true), (Namespaces::None, true), (Namespaces::None, false)]
-        }
-        false => &[(Namespaces::User, false), (Namespaces::None, false)],
+    let candidates: &[(Namespaces, bool)] = if rustix::process::geteuid().is_root() {
+        &[(Namespaces::Privileged, true), (Namespaces::None, true), (Namespaces::None, false)]
+    } else {
+        &[(Namespaces::User, false), (Namespaces::None, false)]
     };
     let mut refused: Vec<String> = no_group.into_iter().collect();
     for &(namespaces, own_user) in candidates {
@@ -116,9 +115,10 @@ fn test(
     const EXECUTABLE: u32 = 0o005;
     let mode = fs::metadata(launcher).map_err(fail)?.mode();
     let reachable = walls.namespaces.exist() && mode & EXECUTABLE == EXECUTABLE;
-    let program = match walls.own_user && !reachable {
-        true => folder.path().join("launcher"),
-        false => launcher.to_path_buf(),
+    let program = if walls.own_user && !reachable {
+        folder.path().join("launcher")
+    } else {
+        launcher.to_path_buf()
     };
     if program != launcher {
         fs::copy(launcher, &program).map_err(fail)?;

@@ -103,9 +103,10 @@ impl Starter {
         self.socket.get_mut().write_all(format!("{request}\n").as_bytes())?;
         let mut answer = String::new();
         self.socket.read_line(&mut answer)?;
-        match answer.ends_with('\n') {
-            true => Ok(answer),
-            false => Err(io::Error::other("the starter of its supervisor ended")),
+        if answer.ends_with('\n') {
+            Ok(answer)
+        } else {
+            Err(io::Error::other("the starter of its supervisor ended"))
         }
     }
 }

@@ -118,9 +118,10 @@ fn close_inherited() -> io::Result<()> {
 /// Creates the namespaces of this process's children: those of a run that neither the starter nor the keeper creates.
 fn isolate(namespaces: Namespaces) -> Result<(), String> {
     let own = CloneFlags::CLONE_NEWPID | CloneFlags::CLONE_NEWIPC | CloneFlags::CLONE_NEWUTS;
-    match namespaces.exist() {
-        true => unshare(own).map_err(|error| format!("namespaces: {error}")),
-        false => Ok(()),
+    if namespaces.exist() {
+        unshare(own).map_err(|error| format!("namespaces: {error}"))
+    } else {
+        Ok(())
     }
 }
 

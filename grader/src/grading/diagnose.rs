@@ -6,9 +6,10 @@ use diagnosis::findings::{self, Findings, JudgedScene, Outcome};
 use sandbox::NotKept;
 
 use super::judge::Judged;
+use super::refusal::says_why;
 use crate::compare::Criteria;
 use crate::suite::NoTrace;
-use crate::verdict::{Failure, Lack, RunEnd, RunFailure, Skipped, Verdict};
+use crate::verdict::{Failure, FormFault, Lack, RunEnd, RunFailure, Skipped, Verdict};
 
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
 pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
@@ -77,10 +78,15 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         Failure::NotImplemented(Lack::LeftOut { .. }) => Outcome::Refused(None),
         Failure::NoTrace(NoTrace::Missing { .. }) => Outcome::Missing,
         Failure::NoTrace(NoTrace::Several { .. }) | Failure::Unreadable { .. } => Outcome::NoTrace,
+        Failure::Run(run) if says_why(run) => Outcome::Refused(None),
         Failure::Run(RunFailure { end, .. }) => outcome_of_run(end),
-        Failure::GaveUp { .. } | Failure::Skipped(Skipped::Crashes { .. }) => Outcome::Crashed,
+        Failure::Skipped(Skipped::Crashes { last, .. }) => outcome_of_failure(last),
+        Failure::GaveUp { .. } => Outcome::Crashed,
         Failure::Skipped(Skipped::TimeOuts { .. } | Skipped::Features { .. }) => Outcome::TimedOut,
         Failure::NotGreeted(failures) => outcome_of_failure(failures.telling()),
+        Failure::Malformed { fault: FormFault::Time { state: 1, found, .. }, .. } => {
+            Outcome::OtherTimes(*found)
+        }
         Failure::Malformed { .. } => Outcome::Malformed,
         Failure::NotFinite { place, .. } => Outcome::NotFinite(place.step),
         Failure::TooShort { states, expected } => {

@@ -43,6 +43,7 @@ use hidden::HiddenSuite;
 use sandbox::Protection;
 
 use diagnose::look_into;
+use diagnosis::findings::Finding;
 use judge::{Judged, judge_case, of_case, restart_some};
 pub use judge::{judge, panic_message};
 use result::gather;
@@ -158,11 +159,19 @@ impl<'a> Grader<'a> {
             && !checks.is_alone;
         (grading.jacobians, grading.protection) = (jacobians, protection);
         grading.assignment = self.assignment.map(AssignmentName::of);
+        if let Submission::Program(program) = submission {
+            grading.taken = program.taken.clone();
+        }
         grading.is_own = matches!(submission, Submission::BuiltIn(_));
         grading.hidden = self.hidden_not_run();
         if let Some(program) = program() {
             observer.notice(Event::Task(Task::Repetition));
-            grading.repetition = Some(Repetition::of(suite, program));
+            let repetition = Repetition::of(suite, program);
+            if !repetition.differing.is_empty() {
+                let first = Finding::of_differing_runs(repetition.differing.clone());
+                grading.findings.list.insert(0, first);
+            }
+            grading.repetition = Some(repetition);
         }
         let measures = self.assignment.is_none_or(|assignment| assignment.scope().has_jacobians());
         if let Some(program) = program().filter(|_| checks.probe && measures) {
@@ -247,9 +256,10 @@ impl<'a> Grader<'a> {
             }
             results
         };
-        let others: Vec<_> = match observer.is_stopped() {
-            true => Vec::new(),
-            false => features.par_iter().zip(&begun).flat_map_iter(judge).collect(),
+        let others: Vec<_> = if observer.is_stopped() {
+            Vec::new()
+        } else {
+            features.par_iter().zip(&begun).flat_map_iter(judge).collect()
         };
         let pilots = pilots.into_iter().map(|(judged, _)| judged);
         let mut results: Vec<Judged<'_>> = pilots.chain(others).collect();

@@ -14,6 +14,8 @@ pub struct Provenance {
     pub platform: String,
     /// Hash of the rubric; `None` for the built-in one.
     pub rubric: Option<String>,
+    /// Hash of the pack and its starter code; `None` without a pack.
+    pub pack: Option<String>,
     /// Hash of the assignment; `None` if every scene was graded.
     pub assignment: Option<String>,
     /// Hash of the envelopes; `None` if there are none.

@@ -6,7 +6,7 @@
 
 use crate::boundary::printed::RawUse;
 use crate::suite::Case;
-use crate::verdict::{Failure, Lack};
+use crate::verdict::{Failure, Lack, RunEnd, RunFailure};
 
 /// The exit code of a program that lacks a feature.
 const NOT_IMPLEMENTED: i32 = 77;
@@ -29,6 +29,15 @@ const REFUSALS: [&str; 14] = [
     "keyerror",
 ];
 
+/// A shell's exit status of a program that a signal ended is larger.
+const SIGNALS: i32 = 128;
+
+/// More words of a program that says why it ends, in lower case.
+const REASONS: [&str; 4] = ["cannot", "can't", " yet", "only "];
+
+/// Words of reports of errors that a program did not catch, in lower case.
+const UNCAUGHT: [&str; 5] = ["traceback", "panicked", "terminate called", "assertion", "sanitizer"];
+
 /// The failure of a program that says that it lacks a feature of the scene, in the place of a crash or of no trace.
 pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
     let Failure::Run(run) = &failure else { return failure };
@@ -48,6 +57,15 @@ pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
     let name =
         named.or_else(|| names(case).into_iter().find(|name| lines().any(|l| has_word(&l, name))));
     Failure::NotImplemented(Lack::Refused { name, failure: run.clone() })
+}
+
+/// Whether a program ended by itself, with an exit status and a reason in words, not with the report of an error that
+/// nothing caught.
+pub(super) fn says_why(run: &RunFailure) -> bool {
+    let RunEnd::Exited(status) = run.end else { return false };
+    let text = run.output.text.raw(RawUse::Comparison).to_lowercase();
+    let has = |words: &[&str]| words.iter().any(|word| text.contains(word));
+    (1..SIGNALS).contains(&status) && (has(&REFUSALS) || has(&REASONS)) && !has(&UNCAUGHT)
 }
 
 /// Features of a scene by the names that a message may use: its integrator, its forces, its format.
@@ -85,6 +103,20 @@ fn has_word(line: &str, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::verdict::LastOutput;
+
+    #[test]
+    fn a_program_that_says_why_it_ends_refuses() {
+        let says = |end: RunEnd, text: &str| {
+            let output = LastOutput { text: text.to_owned().into(), misses_file: false };
+            says_why(&RunFailure { end, output })
+        };
+        assert!(says(RunEnd::Exited(1), "cannot do this yet"));
+        assert!(!says(RunEnd::Exited(1), ""));
+        assert!(!says(RunEnd::Exited(139), "not implemented"));
+        assert!(!says(RunEnd::Killed(6), "not implemented"));
+        assert!(!says(RunEnd::Exited(1), "Traceback (most recent call last):\nKeyError: cannot"));
+    }
 
     #[test]
     fn force_names_match_whole_words() {

@@ -33,9 +33,10 @@ pub(super) fn restart(
         return None;
     }
     let n_steps = scene.n_steps();
-    let chosen: Vec<u64> = match n_steps <= MOST {
-        true => (0..n_steps).collect(),
-        false => (0..MOST).map(|number| number * (n_steps - 1) / (MOST - 1)).collect(),
+    let chosen: Vec<u64> = if n_steps <= MOST {
+        (0..n_steps).collect()
+    } else {
+        (0..MOST).map(|number| number * (n_steps - 1) / (MOST - 1)).collect()
     };
     let shape = Shape::of(scene);
     let mut state = State::zeros(shape);

@@ -35,6 +35,8 @@ pub struct Grading {
     pub features: Vec<FeatureResult>,
     /// Protection under which its programs ran; `None` where it has none.
     pub protection: Option<Vec<Protection>>,
+    /// What a pack took from the hand-in, in words; `None` without a pack.
+    pub taken: Option<Untrusted>,
     /// Whether its programs are deterministic; `None` where it has none.
     pub repetition: Option<Repetition>,
     /// Its program's forces and Jacobians, measured from single steps; `None` if not measured.

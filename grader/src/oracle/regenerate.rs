@@ -455,10 +455,13 @@ fn make(
     let is_same = |old: &Path| hash_file(old).map_err(at(old)).map(|hash| hash == trace_sha256);
     let change = match old_traces.as_slice() {
         [] => TraceChange::New,
-        [(old, _)] if is_same(old)? => match scene_edited {
-            false => TraceChange::Unchanged,
-            true => TraceChange::SceneEdited,
-        },
+        [(old, _)] if is_same(old)? => {
+            if scene_edited {
+                TraceChange::SceneEdited
+            } else {
+                TraceChange::Unchanged
+            }
+        }
         [first, others @ ..] => {
             let compare = |old| compare_traces(case, old, &path, rubric.tolerances(case));
             let mut difference = compare(first);

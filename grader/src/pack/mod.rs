@@ -58,7 +58,9 @@ use crate::submission::Submission;
 use crate::submission::folder::{self, Built, FolderError, ManifestFormat, Recipe};
 use crate::submission::hand_in::{HandIn, HandInError};
 use crate::submission::program::Runner;
-use crate::submission::received::{Form, ReceiveError, Received, list_files, manifest_folder};
+use crate::submission::received::{
+    Form, ReceiveError, Received, list_files, manifest_folder, only_archive,
+};
 use crate::suite::line_and_column;
 use crate::verdict::Failure;
 use sandbox::scratch::scratch_folder;
@@ -488,8 +490,14 @@ impl Pack {
         mut runner: Runner,
         limits: Limits,
     ) -> Result<Built, Unbuilt> {
-        let received = Received::open(path, &runner.sandbox)?;
-        let files = received.files()?;
+        let mut received = Received::open(path, &runner.sandbox)?;
+        let mut files = received.files()?;
+        if !self.finds(&files)
+            && let Some(archive) = only_archive(received.folder())?
+        {
+            received = Received::open(&archive, &runner.sandbox)?;
+            files = received.files()?;
+        }
         if self.submission_toml
             && let Some(own) = manifest_folder(&files).map_err(Unbuilt::Refused)?
         {
@@ -524,7 +532,22 @@ impl Pack {
         self.layers.iter().try_for_each(|layer| layer.lay(&home)).map_err(fault)?;
         lay(&taken, received.folder(), &home)?;
         runner.readable.extend(self.readable.iter().cloned());
-        Ok(folder::build(name, scratch, &self.recipe, runner, limits)?)
+        let mut built = folder::build(name, scratch, &self.recipe, runner, limits)?;
+        if let Built::Program(program) = &mut built {
+            program.taken = Some(taken.words(&files));
+        }
+        Ok(built)
+    }
+}
+
+impl Pack {
+    /// Whether there is something to build among the files of a hand-in.
+    fn finds(&self, files: &[PathBuf]) -> bool {
+        let is_own = |file: &PathBuf| {
+            self.submission_toml && file.file_name() == Some(folder::MANIFEST.as_ref())
+        };
+        !matches!(take(files, &self.patterns, &BTreeSet::new()), Err(NotTaken::Nothing { .. }))
+            || files.iter().any(is_own)
     }
 }
 

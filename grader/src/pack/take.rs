@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use crate::boundary::printed;
+use crate::boundary::printed::{self, Untrusted};
 use crate::suite::selection::is_like;
 
 /// A path in which `*` is any text within a name, `?` any character, and `**` any number of folders.
@@ -82,6 +82,28 @@ impl Taken {
             files: BTreeMap::from([(target, file.to_path_buf())]),
         })
     }
+
+    /// The files of a hand-in that were taken, and those that were not, in words.
+    pub(crate) fn words(&self, files: &[PathBuf]) -> Untrusted {
+        let taken: BTreeSet<&PathBuf> = self.files.values().collect();
+        let left: Vec<&PathBuf> = files.iter().filter(|file| !taken.contains(file)).collect();
+        let taken = listed(&taken.into_iter().collect::<Vec<_>>());
+        match left.as_slice() {
+            [] => taken.into(),
+            left => format!("{taken}; not {}", listed(left)).into(),
+        }
+    }
+}
+
+/// Paths for messages: all, or the first ones and how many follow.
+fn listed(files: &[&PathBuf]) -> String {
+    const SHOWN: usize = 5;
+    let first = files.iter().take(SHOWN).map(|file| shown(file)).collect::<Vec<_>>().join(", ");
+    match files.len().saturating_sub(SHOWN) {
+        0 if files.is_empty() => "no file".to_owned(),
+        0 => first,
+        more => format!("{first} and {more} more"),
+    }
 }
 
 /// Why nothing is taken.
@@ -145,12 +167,7 @@ pub(crate) fn take(
     let Some(best) = places.iter().max_by_key(merit) else {
         let names: Vec<&str> =
             patterns.iter().flat_map(|pattern| pattern.0.last()).map(String::as_str).collect();
-        let mut found: Vec<String> = files.iter().take(4).map(|file| shown(file)).collect();
-        if found.is_empty() {
-            found.push("no file".to_owned());
-        }
-        let more = if files.len() > 4 { ", …" } else { "" };
-        let found = found.join(", ") + more;
+        let found = listed(&files.iter().collect::<Vec<_>>());
         return Err(NotTaken::Nothing { patterns: names.join(", "), found });
     };
     let other = places.iter().find(|other| other.0 != best.0 && merit(other) == merit(&best));

@@ -107,6 +107,12 @@ impl<'a> Session<'a> {
         if !matches!(report.force_finding.verdict, Verdict::NotOffered) {
             self.judge_steps(part, &mut report);
         }
+        let is_wrong = |finding: &Finding| finding.verdict == Verdict::Wrong;
+        if is_wrong(&report.force_finding) && is_wrong(&report.step) {
+            report.step = not_measured(
+                "steps are held against the program's own forces, and these are wrong",
+            );
+        }
         let all_well = |verdict| matches!(verdict, Verdict::Correct | Verdict::NotOffered);
         if !all_well(report.verdict()) {
             report.replay = Some(self.replay(part, &report));
@@ -228,7 +234,11 @@ impl<'a> Session<'a> {
             Ok(steps) => steps,
             Err(failure) => {
                 report.step = failed(failure);
-                return not_judged(report, &report.step.clone());
+                let blocks = match report.step.verdict {
+                    Verdict::Wrong => not_measured(&failure.to_string()),
+                    _ => report.step.clone(),
+                };
+                return not_judged(report, &blocks);
             }
         };
         let without_steps = match without_steps.map(|index| &self.steps[index].1) {
@@ -302,11 +312,18 @@ impl<'a> Session<'a> {
         });
         if full_steps.is_partial() || without_steps.is_some_and(Steps::is_partial) {
             for block in &mut report.blocks {
-                if block.verdict == Verdict::Wrong {
-                    let reason = "the steps do not move the particles in every direction, so the wrong block \
-                                  cannot be identified with certainty";
-                    block.reason = reason.to_owned();
-                }
+                let reason = match block.verdict {
+                    Verdict::Wrong => {
+                        "the steps do not move the particles in every direction, so the wrong block \
+                         cannot be identified with certainty"
+                    }
+                    Verdict::Correct => {
+                        block.verdict = Verdict::Inconclusive;
+                        "the steps do not move the particles in every direction, so an error may not show"
+                    }
+                    _ => continue,
+                };
+                block.reason = reason.to_owned();
             }
         }
         let is_wrong = report.blocks.iter().any(|block| block.verdict == Verdict::Wrong);
@@ -534,6 +551,11 @@ impl<'a> Session<'a> {
             implicit: implicit.map_or_else(String::new, |implicit| text(&step, implicit)),
         }
     }
+}
+
+/// The finding on what a wrong program does not show.
+fn not_measured(because: &str) -> Finding {
+    Finding::only(Verdict::Inconclusive, format!("could not be measured, because {because}"))
 }
 
 /// The derivatives of a part at each state, from those of its force with it and without it.

@@ -97,9 +97,10 @@ impl<'a> Factors<'a> {
         size: f64,
     ) -> f64 {
         let name = (schema.tag, parameter.name);
-        match parameter.is_length {
-            true => significant(size * self.scaled(name, value, LENGTH)),
-            false => self.value(name, value),
+        if parameter.is_length {
+            significant(size * self.scaled(name, value, LENGTH))
+        } else {
+            self.value(name, value)
         }
     }
 }
@@ -140,9 +141,8 @@ impl Placement {
         }
         let size = factors.factor(SIZE);
         // A plane away from the origin is shifted as a whole.
-        let shift = [0, 1, 2].map(|axis| match spreads[axis] || low[axis] != 0.0 {
-            true => factors.signed(SHIFT * extent),
-            false => 0.0,
+        let shift = [0, 1, 2].map(|axis| {
+            if spreads[axis] || low[axis] != 0.0 { factors.signed(SHIFT * extent) } else { 0.0 }
         });
         let nearest = nearest(scene).into_iter().filter(|distance| *distance > 0.0);
         let nearest = nearest.fold(extent, f64::min);
@@ -172,9 +172,10 @@ impl Placement {
     ) -> [f64; 3] {
         let place = self.place(position);
         [0, 1, 2].map(|axis| {
-            let nudge = match self.spreads[axis] {
-                true => factors.spread * factors.signed(NUDGE * nearest),
-                false => 0.0,
+            let nudge = if self.spreads[axis] {
+                factors.spread * factors.signed(NUDGE * nearest)
+            } else {
+                0.0
             };
             rounded(place[axis] + nudge, self.decimals)
         })

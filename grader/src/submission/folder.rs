@@ -172,7 +172,15 @@ pub(crate) fn build(
         ManifestFormat::Fosssim => TraceFormat::Fosssim,
     };
     let (name, copy) = (name.clone(), Some(Arc::new(copy)));
-    Ok(Built::Program(Program { name, path: program, arguments, format, runner, copy }))
+    Ok(Built::Program(Program {
+        name,
+        path: program,
+        arguments,
+        format,
+        runner,
+        copy,
+        taken: None,
+    }))
 }
 
 /// The assignment that the manifest names; `None` if it names none.

@@ -394,9 +394,10 @@ fn read_bounded(
     let file = open_regular(folder, name, path)?;
     let mut bytes = Vec::new();
     file.take(limit.bytes().saturating_add(1)).read_to_end(&mut bytes).map_err(failed)?;
-    match bytes.len() as u64 > limit.bytes() {
-        true => Err(HandInError::of_door(path, DoorError::TooLarge(limit))),
-        false => Ok(bytes),
+    if bytes.len() as u64 > limit.bytes() {
+        Err(HandInError::of_door(path, DoorError::TooLarge(limit)))
+    } else {
+        Ok(bytes)
     }
 }
 

@@ -94,6 +94,8 @@ pub struct Program {
     pub(super) runner: Runner,
     /// The folder that it was built in; it lives as long as the program.
     pub(super) copy: Option<Arc<Scratch>>,
+    /// What a pack took from the hand-in, in words.
+    pub(crate) taken: Option<Untrusted>,
 }
 
 /// A calling convention.
@@ -176,7 +178,7 @@ impl Program {
         // An absolute path, because each run has another working directory.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         let (arguments, format) = (Vec::new(), TraceFormat::Csv);
-        let mut program = Self { name, path, arguments, format, runner, copy: None };
+        let mut program = Self { name, path, arguments, format, runner, copy: None, taken: None };
         // The sandbox's own user may lack permission to read the original.
         if program.runner.sandbox.has_own_user() {
             let copy = scratch_folder().map_err(SandboxError::no_scratch)?;
@@ -331,7 +333,7 @@ impl Program {
         }
         // The particle keeps its velocity. Other mistakes are judged in the scenes.
         let found = [state.positions, state.velocities].concat();
-        if !GREETED_VELOCITY.iter().any(|value| found.contains(value)) {
+        if !GREETED_VELOCITY.iter().any(|value| found.contains(value) || found.contains(&-value)) {
             return Err(Failure::malformed(FormFault::NoVelocity(GREETED_VELOCITY)).into());
         }
         Ok(())

@@ -117,13 +117,12 @@ impl Case {
     pub fn shown_path(&self) -> String {
         let path = Path::new(&self.scene.name);
         let kept = Path::new(&self.id).components().count() + 1;
-        match path.is_absolute() {
-            true => {
-                let parts: Vec<_> = path.components().collect();
-                let shown: PathBuf = parts[parts.len().saturating_sub(kept)..].iter().collect();
-                shown.display().to_string()
-            }
-            false => self.scene.name.clone(),
+        if path.is_absolute() {
+            let parts: Vec<_> = path.components().collect();
+            let shown: PathBuf = parts[parts.len().saturating_sub(kept)..].iter().collect();
+            shown.display().to_string()
+        } else {
+            self.scene.name.clone()
         }
     }
 

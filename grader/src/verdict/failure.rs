@@ -233,10 +233,13 @@ pub struct NotGreeted {
 }
 
 impl NotGreeted {
-    /// The more telling failure. A crash or a missing trace is the usual reaction to an unknown convention.
+    /// The more telling failure. A crash or a missing trace is the usual reaction to an unknown convention; but a signal
+    /// does not end a program that merely does not know its arguments.
     pub fn telling(&self) -> &Failure {
         let gives_up = |failure: &Failure| failure.is_crash() || failure.is_without_trace();
-        if gives_up(&self.fosssim) && !gives_up(&self.plain) { &self.plain } else { &self.fosssim }
+        let is_killed = matches!(&self.plain, Failure::Run(run) if run.end.signal().is_some());
+        let says_more = is_killed || !gives_up(&self.plain);
+        if gives_up(&self.fosssim) && says_more { &self.plain } else { &self.fosssim }
     }
 }
 

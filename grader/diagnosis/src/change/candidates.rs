@@ -277,7 +277,11 @@ pub fn scaled_block(term: Term, quantity: Quantity, [row, column]: [usize; 2], b
     let block = format!("block {} {}", particles[row], particles[column]);
     Change {
         place: Place::Jacobian(term),
-        words: format!("{} has its {block} multiplied by {}", name(term, quantity), decimal(by)),
+        words: match by {
+            0.0 => format!("{} lacks its {block}", name(term, quantity)),
+            -1.0 => format!("{} has its {block} with the wrong sign", name(term, quantity)),
+            _ => format!("{} has its {block} multiplied by {}", name(term, quantity), decimal(by)),
+        },
         effect: Effect::Blocks(term, quantity, Blocks::Scaled(row, column, by)),
         rank: 3,
     }
@@ -605,9 +609,18 @@ pub fn replacements(scene: &Scene) -> Vec<Change> {
     let change = |(method, equation): (OnePoint, StepEquation)| {
         let vocabulary = simulator::vocabulary();
         let other = vocabulary.integrators.iter().find(|other| other.equation == equation)?;
+        let order = match (right, method) {
+            (Some(OnePoint::Explicit), OnePoint::Symplectic) => {
+                ": velocities are updated before positions"
+            }
+            (Some(OnePoint::Symplectic), OnePoint::Explicit) => {
+                ": positions move before velocities are updated"
+            }
+            _ => "",
+        };
         (Some(method) != right).then(|| Change {
             place: Place::Integrator(name),
-            words: format!("the steps of {name} are those of {}", other.name),
+            words: format!("the steps of {name} are those of {}{order}", other.name),
             effect: Effect::Method(name, Rule::Replaced(method)),
             rank: 0,
         })

@@ -119,11 +119,32 @@ impl Change {
 }
 
 impl Change {
-    /// Whether a scene in which it acts cannot be right: rounds may read a scene by other code than other methods.
+    /// Whether a scene in which it acts cannot be right: rounds may read a scene by other code than other methods, and a
+    /// method has its mistakes in the place of another only where it is there.
     pub fn must_act_in(&self, scene: &Scene) -> bool {
+        let is_of = |name: &str| scene.integrator.name == name;
+        let is_its = match (&self.effect, self.place) {
+            (Effect::Method(name, _), _) => is_of(name),
+            (_, Place::FixedUnder(name)) => is_of(name),
+            _ => true,
+        };
         let is_shared = matches!(self.effect, Effect::Scene(_));
         let is_optional = is_of_rounds(scene) && is_shared && !matches!(self.place, Place::Task(_));
-        self.acts_in(scene) && !is_optional
+        self.acts_in(scene) && is_its && !is_optional
+    }
+}
+
+impl Change {
+    /// Whether two statements of a step stand in the wrong order: the method is there.
+    pub(crate) fn is_order_of_updates(&self) -> bool {
+        let is_either =
+            |method: OnePoint| matches!(method, OnePoint::Explicit | OnePoint::Symplectic);
+        match &self.effect {
+            Effect::Method(name, Rule::Replaced(method)) => {
+                SUBSTITUTES.contains(name) && is_either(*method)
+            }
+            _ => false,
+        }
     }
 }
 
@@ -232,6 +253,17 @@ impl Effect {
             Self::Derived(..) | Self::Length(..) => &Quantity::ALL,
             Self::Method(..) | Self::Fixed(_) | Self::Scene(_) | Self::Rounds(_) => &[],
         }
+    }
+
+    /// The factor that steps determined, where it has one.
+    pub(crate) fn number(&self) -> Option<f64> {
+        let factor = match self {
+            Self::Factor(_, _, factor)
+            | Self::Method(_, Rule::Forces(factor) | Rule::Matrix(_, factor)) => factor,
+            Self::Blocks(_, _, Blocks::Scaled(_, _, number)) => return Some(*number),
+            _ => return None,
+        };
+        (factor.h == 0 && factor.mass == 0).then_some(factor.number)
     }
 }
 

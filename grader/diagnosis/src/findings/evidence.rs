@@ -111,9 +111,11 @@ impl<'a> SceneEvidence<'a> {
         self.is_suspect() && !self.explained && !self.open
     }
 
-    /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root.
+    /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root, and states in a
+    /// wrong form show no steps.
     pub(super) fn is_settled(&self) -> bool {
-        (self.passed || self.explained) && !self.has_other_root
+        let has_states = self.kind.as_ref().is_none_or(Kind::keeps_states);
+        (self.passed || self.explained && has_states) && !self.has_other_root
     }
 
     /// Simplest first: what a student should do first.

@@ -7,9 +7,12 @@
 use std::fmt;
 
 use scene::Scene;
+use scene::trace::State;
+use simulator::solver::linear::LinearSolver;
 
 use super::feature::{Family, Feature, Symptom};
 use super::judged::{ContextRow, FirstWrong, JudgedScene, Outcome};
+use crate::stepping::Stepper;
 
 /// Numbers with at most this many digits count as rounded; an f64 has 15 to 17.
 const FEW_DIGITS: usize = 14;
@@ -43,12 +46,26 @@ pub(super) enum Kind {
     InitialMissing,
     ByteOrder,
     Order,
+    /// Right numbers in the wrong order from the reading of the scene on.
+    OrderRead,
+    /// The same, read or written so.
+    OrderOpen,
+    Negated,
+    Zeros,
+    /// The times of the trace count by this time step.
+    TimeStep(String),
+    /// The times of the trace are not those of the scene, and count by no one time step.
+    Times,
     Late,
     VelocitiesLate,
     SingleBytes,
     InitialVelocity,
     FixedStopped,
     InitialState,
+    /// Only the first state is wrong.
+    InitialWritten,
+    /// The first state is wrong, read or written so.
+    InitialOpen,
     InitialRounded,
     Digits(usize),
     Decimals(usize),
@@ -74,13 +91,19 @@ impl fmt::Display for Kind {
             Self::Duration => "wrong duration or dt",
             Self::InitialMissing => "the initial state is missing",
             Self::ByteOrder => "reversed byte order",
-            Self::Order => "right numbers in the wrong order",
+            Self::Order | Self::OrderOpen => "right numbers in the wrong order",
+            Self::OrderRead => "the numbers of particles are in the wrong order",
+            Self::Negated => "positions and velocities have the wrong sign",
+            Self::Zeros => "every number is 0",
+            Self::TimeStep(step) => return write!(f, "dt is always taken as {step}"),
+            Self::Times => "the times are not multiples of dt",
             Self::Late => "each state is written one step late",
             Self::VelocitiesLate => "the velocities are those of the step before",
             Self::SingleBytes => "4-byte numbers instead of 8-byte ones",
             Self::InitialVelocity => "initial velocities are not read",
             Self::FixedStopped => "their velocities are set to 0",
-            Self::InitialState => "wrong initial state",
+            Self::InitialState | Self::InitialOpen => "wrong initial state",
+            Self::InitialWritten => "the first state is wrong, the next one is right",
             Self::InitialRounded => "the numbers of particles are rounded",
             Self::Digits(digits) => {
                 return write!(f, "numbers are rounded to {digits} digits");
@@ -106,9 +129,14 @@ impl Kind {
             | Self::TimeOut
             | Self::Memory => return None,
             Self::StateTooMany | Self::StateTooFew => Feature::States,
-            Self::Duration | Self::InitialVelocity | Self::InitialState | Self::InitialRounded => {
-                Feature::Reading
-            }
+            Self::Duration
+            | Self::InitialVelocity
+            | Self::InitialState
+            | Self::InitialOpen
+            | Self::InitialRounded
+            | Self::OrderRead
+            | Self::OrderOpen
+            | Self::TimeStep(_) => Feature::Reading,
             Self::FixedStopped => Feature::Fixed(Family::Any),
             Self::Digits(_) | Self::Decimals(_) | Self::Single => Feature::Precision,
             Self::NoTrace
@@ -118,10 +146,44 @@ impl Kind {
             | Self::InitialMissing
             | Self::ByteOrder
             | Self::Order
+            | Self::InitialWritten
+            | Self::Negated
+            | Self::Zeros
+            | Self::Times
             | Self::Late
             | Self::VelocitiesLate
             | Self::SingleBytes => Feature::Output,
         })
+    }
+
+    /// The feature at fault, or two where this kind of failure does not tell reading from writing.
+    pub(super) fn features(&self) -> Vec<Feature> {
+        let second = matches!(self, Self::OrderOpen | Self::InitialOpen).then_some(Feature::Output);
+        self.feature().into_iter().chain(second).collect()
+    }
+
+    /// The fault in words, with the features at fault.
+    pub(super) fn sentence(&self) -> String {
+        let features: Vec<String> = self.features().iter().map(Feature::to_string).collect();
+        match self {
+            Self::TimeStep(_) => self.to_string(),
+            _ => format!("{}: {self}", features.join(" or ")),
+        }
+    }
+
+    /// Whether the states of such a trace are those of the scene's steps, one after another.
+    pub(super) fn keeps_states(&self) -> bool {
+        matches!(
+            self,
+            Self::Wrong
+                | Self::NotFiniteAtLast
+                | Self::StateTooMany
+                | Self::StateTooFew
+                | Self::Duration
+                | Self::Digits(_)
+                | Self::Decimals(_)
+                | Self::Single
+        )
     }
 
     /// The symptom.
@@ -139,7 +201,7 @@ impl Kind {
     /// How a scene failed; `None` if it passed, was not judged, or was not run.
     pub(super) fn of(judged: &JudgedScene<'_>) -> Option<Self> {
         let JudgedScene { scene, first_wrong, .. } = judged;
-        let in_numbers = || first_wrong.as_ref().and_then(|first| in_numbers(scene, first));
+        let in_numbers = || first_wrong.as_ref().and_then(|first| in_numbers(judged, first));
         let has_right_numbers = first_wrong.is_none();
         Some(match &judged.outcome {
             Outcome::Passed | Outcome::NotJudged => return None,
@@ -152,6 +214,9 @@ impl Kind {
             Outcome::NoTrace => Self::NoTrace,
             Outcome::TooMuchOutput => Self::TooMuch,
             Outcome::Malformed => in_numbers().unwrap_or(Self::Malformed),
+            Outcome::OtherTimes(step) => {
+                Self::TimeStep(format!("{:.9e}", step).parse::<f64>().unwrap_or(*step).to_string())
+            }
             Outcome::NotFinite(step) if has_right_numbers && *step == scene.n_steps() => {
                 Self::NotFiniteAtLast
             }
@@ -169,11 +234,12 @@ impl Kind {
 }
 
 /// The kind of failure if the first wrong numbers are right numbers in a wrong form.
-fn in_numbers(scene: &Scene, first: &FirstWrong<'_>) -> Option<Kind> {
+fn in_numbers(judged: &JudgedScene<'_>, first: &FirstWrong<'_>) -> Option<Kind> {
+    let scene = judged.scene;
     let row = |step: u64| first.context.iter().find(|row| row.step == step);
     if first.step == 0 {
         let initial = row(0)?;
-        if let Some(kind) = in_order(scene, first.particle, initial, row(1)) {
+        if let Some(kind) = in_order(judged, first.particle, initial, row(1)) {
             return Some(kind);
         }
     }
@@ -189,7 +255,56 @@ fn in_numbers(scene: &Scene, first: &FirstWrong<'_>) -> Option<Kind> {
         }
         _ => in_digits(first.context),
     };
-    if rounded.is_none() && first.step == 0 { Some(Kind::InitialState) } else { rounded }
+    if rounded.is_some() || first.step > 0 {
+        return rounded;
+    }
+    Some(match origin(judged) {
+        Origin::Read => Kind::InitialState,
+        Origin::Written { in_order: true } => Kind::InitialWritten,
+        Origin::Written { in_order: false } | Origin::Open => Kind::InitialOpen,
+    })
+}
+
+/// Where a wrong initial state comes from, by the state after it.
+enum Origin {
+    /// The next state follows from it: it is read so.
+    Read,
+    /// The next state is that of the scene, in its order or in another one.
+    Written { in_order: bool },
+    /// Neither, or both.
+    Open,
+}
+
+fn origin(judged: &JudgedScene<'_>) -> Origin {
+    let [first, second, ..] = judged.states else { return Origin::Open };
+    if judged.has_positions_alone {
+        return Origin::Open;
+    }
+    let numbers = |state: &State| [state.positions.as_slice(), &state.velocities].concat();
+    let after = |mut state: State| {
+        let mut stepper = Stepper::new(judged.scene, LinearSolver::Auto);
+        let State { positions, velocities, .. } = &mut state;
+        stepper.step(0, None, positions, velocities).then(|| numbers(&state))
+    };
+    let sorted = |mut numbers: Vec<f64>| {
+        numbers.sort_by(f64::total_cmp);
+        numbers
+    };
+    let mut start = first.clone();
+    start.positions = judged.scene.positions();
+    start.velocities = judged.scene.velocities();
+    let (Some(of_scene), Some(of_trace)) = (after(start), after(first.clone())) else {
+        return Origin::Open;
+    };
+    let got = numbers(second);
+    let is_read = same(&got, &of_trace);
+    let in_order = same(&got, &of_scene);
+    let is_written = in_order || same(&sorted(got), &sorted(of_scene));
+    match (is_read, is_written) {
+        (true, false) => Origin::Read,
+        (false, true) => Origin::Written { in_order },
+        _ => Origin::Open,
+    }
 }
 
 /// Whether the states are those of the step before, or their velocities.
@@ -215,11 +330,12 @@ fn late(scene: &Scene, context: &[ContextRow]) -> Option<Kind> {
 
 /// The kind of failure of a wrong initial state.
 fn in_order(
-    scene: &Scene,
+    judged: &JudgedScene<'_>,
     particle: usize,
     initial: &ContextRow,
     next: Option<&ContextRow>,
 ) -> Option<Kind> {
+    let JudgedScene { scene, states, .. } = judged;
     let ContextRow { expected, got, .. } = initial;
     let axes = scene.dimension.count();
     let swapped: Vec<f64> =
@@ -246,6 +362,15 @@ fn in_order(
     if singles && is_shown {
         return Some(Kind::SingleBytes);
     }
+    let negated: Vec<f64> = got.iter().map(|value| -value).collect();
+    if same(&negated, expected) {
+        return Some(Kind::Negated);
+    }
+    let is_zero =
+        |state: &State| state.positions.iter().chain(&state.velocities).all(|value| *value == 0.0);
+    if states.len() > 1 && states.iter().all(is_zero) {
+        return Some(Kind::Zeros);
+    }
     let (position, velocity) = got.split_at(axes);
     if same(position, &expected[..axes]) && velocity.iter().all(|v| *v == 0.0) {
         let fixed = scene.particles.get(particle).is_some_and(|particle| particle.fixed);
@@ -260,7 +385,11 @@ fn in_order(
         let place = rest.iter().position(|known| same(&[*value], &[*known]));
         place.map(|place| rest.swap_remove(place)).is_some()
     };
-    got.iter().all(is_taken).then_some(Kind::Order)
+    got.iter().all(is_taken).then(|| match origin(judged) {
+        Origin::Read => Kind::OrderRead,
+        Origin::Written { .. } => Kind::Order,
+        Origin::Open => Kind::OrderOpen,
+    })
 }
 
 /// Whether all numbers are the oracle's, rounded.

@@ -53,6 +53,8 @@ pub enum Outcome {
     TooMuchOutput,
     /// The trace is not in its format.
     Malformed,
+    /// The times of the trace count by this time step, which is not the scene's.
+    OtherTimes(f64),
     /// The trace holds an infinity or a NaN in the state of this number.
     NotFinite(u64),
     /// The trace ends early: the states that it holds, and those that it should hold.

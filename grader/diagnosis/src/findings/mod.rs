@@ -50,6 +50,12 @@ pub use trace::is_recorded;
 /// Minimum number of failing scenes from which a feature is inferred.
 const FEW: usize = 2;
 
+/// Maximum number of groups of wrong scenes that share something.
+const GROUPS: usize = 3;
+
+/// Wrong scenes that one right scene with the same property outweighs.
+const PASSING: usize = 4;
+
 /// What was found in a submission.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Findings {
@@ -74,7 +80,7 @@ pub struct Finding {
     pub scenes: Vec<String>,
     /// Scenes in which Newton's method converges slowly or not at all with the mistake: neither for nor against it.
     pub open: usize,
-    /// Wrong scenes in which the mistake acts, and that nothing explains.
+    /// Wrong scenes in which the mistake acts, and that no finding explains; 0 if it is proven.
     pub unexplained: usize,
 }
 
@@ -83,8 +89,11 @@ pub struct Finding {
 pub enum FindingKind {
     /// A fault of the output.
     Output,
-    /// A mistake, proven by replay.
+    /// A mistake, proven by replay: with the others that are named, it makes every wrong scene in which it acts, but for
+    /// those that another finding explains.
     Cause,
+    /// A mistake that makes most of the wrong scenes in which it acts, and not all.
+    Possible,
     /// A feature whose scenes are wrong, without a cause.
     Feature,
     /// Runs that crash, do not end or take too much memory.
@@ -103,6 +112,7 @@ impl FindingKind {
         match self {
             Self::Output => "output",
             Self::Cause => "cause",
+            Self::Possible => "possible-cause",
             Self::Feature => "feature",
             Self::Ends(symptom) => symptom.name(),
             Self::OtherRoot => "other-root",
@@ -122,7 +132,8 @@ impl Finding {
             FindingKind::Feature => format!("Look at {all}"),
             FindingKind::NotImplemented => format!("Not implemented: {all}"),
             FindingKind::Ends(symptom) => format!("{symptom}: {all}"),
-            FindingKind::Common => format!("No cause found; the scenes share {all}"),
+            FindingKind::Possible => format!("Perhaps {all}"),
+            FindingKind::Common => format!("No cause found; {all}"),
             FindingKind::Output | FindingKind::Cause | FindingKind::OtherRoot => all,
         }
     }
@@ -144,7 +155,9 @@ impl Finding {
 
     /// What the findings take for granted: the symbols of formulas, and the hand-outs' sign convention.
     pub fn notes<'a>(list: impl Iterator<Item = &'a Self> + Clone) -> Vec<&'static str> {
-        let causes = || list.clone().filter(|finding| finding.kind == FindingKind::Cause);
+        let is_of_change =
+            |finding: &&Self| matches!(finding.kind, FindingKind::Cause | FindingKind::Possible);
+        let causes = || list.clone().filter(is_of_change);
         let is_of_pair = |feature: &Feature| match feature {
             Feature::Force(part) | Feature::Jacobian(part) => part.schema().stencil.size() == 2,
             _ => false,
@@ -163,7 +176,7 @@ impl Finding {
         }
         if causes().any(is_jacobian) {
             notes.push(
-                "In the starter code, accumulateddUdxdx adds −dF/dx and accumulateddUdxdv adds −dF/dv.",
+                "If your code follows the starter code, accumulateddUdxdx adds −dF/dx and accumulateddUdxdv adds −dF/dv.",
             );
         }
         notes
@@ -183,14 +196,13 @@ impl Finding {
         };
         match self.kind {
             FindingKind::Cause => {
+                let all = scenes(count);
+                format!("proven: reproduces your traces in {count} of {all} where it acts{open}")
+            }
+            FindingKind::Possible => {
                 let all = scenes(count + self.unexplained);
-                let rest = if self.unexplained > 0 {
-                    "; what else is wrong in the others is not clear"
-                } else {
-                    ""
-                };
                 format!(
-                    "proven: reproduces your traces in {count} of {all} where it acts{rest}{open}"
+                    "not proven: reproduces your traces in {count} of {all} that are wrong where it acts{open}"
                 )
             }
             FindingKind::Feature => {
@@ -203,6 +215,22 @@ impl Finding {
             | FindingKind::Ends(_)
             | FindingKind::Common
             | FindingKind::NotImplemented => scenes(count),
+        }
+    }
+}
+
+impl Finding {
+    /// The finding on a program whose repeated runs of these scenes differ: no other finding is sure then.
+    pub fn of_differing_runs(scenes: Vec<String>) -> Self {
+        let words = "the program is not deterministic: the same scene gives different traces, as where a variable is \
+                     used before it is set; what else is said may change from run to run";
+        Self {
+            kind: FindingKind::Output,
+            features: vec![Feature::Output],
+            words: vec![words.to_owned()],
+            scenes,
+            open: 0,
+            unexplained: 0,
         }
     }
 }
@@ -293,10 +321,30 @@ impl Findings {
         if !has_wrong_jacobian && !causes.iter().any(is_known) {
             list.extend(other_roots);
         }
-        list.extend(causes.iter().map(|cause| of_cause(cause, is_lack(cause, &causes), &scenes)));
-        let to_look_at = features(&scenes, &causes);
-        list.extend(common(&scenes, &to_look_at));
+        let mut to_look_at = features(&scenes, &causes);
+        let shared = common(&scenes, &to_look_at);
+        // What a program does in place of a method that it lacks is no evidence of that method.
+        let lacking: Vec<Feature> = causes
+            .iter()
+            .filter(|cause| is_lack(cause, &causes))
+            .map(|cause| cause.change().place.into())
+            .collect();
+        let is_of_lacking = |place: Place| matches!(place, Place::FixedUnder(name) if lacking.contains(&Feature::Integrator(name)));
+        for cause in causes.iter().filter(|cause| !is_of_lacking(cause.change().place)) {
+            let exceptions = exceptions(cause, &scenes, &to_look_at, &shared);
+            let finding = of_cause(cause, is_lack(cause, &causes), &scenes, exceptions);
+            let same = |known: &&mut Finding| {
+                known.kind == FindingKind::Feature && known.features == finding.features
+            };
+            match to_look_at.iter_mut().find(same).filter(|_| finding.kind == FindingKind::Feature)
+            {
+                Some(known) => known.scenes.extend(finding.scenes),
+                None if finding.kind == FindingKind::Feature => to_look_at.push(finding),
+                None => list.push(finding),
+            }
+        }
         list.extend(to_look_at);
+        list.extend(shared.into_iter().map(|shared| shared.finding));
         list.extend(ends(&scenes));
         let mut found = Vec::new();
         for (number, (scene, root)) in scenes.iter().zip(&roots).enumerate() {
@@ -347,21 +395,71 @@ fn drop_lacking(list: &mut Vec<Finding>) {
     list.retain(|_| kept.next() == Some(true));
 }
 
-/// Whether a cause is a feature that is not there. A method with a mistake of its own is there.
+/// Whether a cause is a feature that is not there. A method with a mistake of its own is there, as is one whose updates
+/// stand in the wrong order.
 fn is_lack(cause: &Cause, causes: &[Cause]) -> bool {
     let is_of_it = |other: &Cause| !other.is_lack() && other.change().place == cause.change().place;
-    cause.is_lack() && !causes.iter().any(is_of_it)
+    cause.is_lack() && !cause.change().is_order_of_updates() && !causes.iter().any(is_of_it)
 }
 
-fn of_cause(cause: &Cause, is_lack: bool, scenes: &[SceneEvidence<'_>]) -> Finding {
-    let kind = if is_lack { FindingKind::NotImplemented } else { FindingKind::Cause };
+/// Wrong scenes in which a cause acts, and that neither it nor another finding explains. A scene is explained where
+/// something stands out that no right scene has, other than what the cause is about.
+fn exceptions(
+    cause: &Cause,
+    scenes: &[SceneEvidence<'_>],
+    to_look_at: &[Finding],
+    shared: &[Shared],
+) -> usize {
+    let own = Feature::from(cause.change().place);
+    let is_excused = |number: &&usize| {
+        let has_it = |finding: &Finding| {
+            finding.scenes.iter().any(|name| name == scenes[**number].judged.name)
+        };
+        let mut others = to_look_at.iter().filter(|finding| !finding.features.contains(&own));
+        let mut apart = shared.iter().filter(|one| one.apart.is_some() && one.apart != Some(own));
+        others.any(has_it) || apart.any(|one| has_it(&one.finding))
+    };
+    cause.unexplained.iter().filter(|number| !is_excused(number)).count()
+}
+
+/// The finding on a cause. It is proven if nothing speaks against it, and otherwise no more than where to look; the words
+/// of a change with a number, or of one that explains the fewer scenes, are not said then.
+fn of_cause(
+    cause: &Cause,
+    is_lack: bool,
+    scenes: &[SceneEvidence<'_>],
+    exceptions: usize,
+) -> Finding {
+    let is_sure = exceptions == 0;
+    let change = cause.change();
+    let is_vague = change.rank >= search::FAR_FETCHED || cause.scenes.len() <= exceptions;
+    let kind = match () {
+        () if is_lack => FindingKind::NotImplemented,
+        () if is_sure => FindingKind::Cause,
+        () if is_vague => FindingKind::Feature,
+        () => FindingKind::Possible,
+    };
+    let features: Vec<Feature> =
+        cause.alternatives.iter().map(|change| change.place.into()).collect();
+    let numbers = cause.scenes.iter();
+    if kind == FindingKind::Feature {
+        let numbers = numbers.chain(&cause.unexplained);
+        return Finding {
+            kind,
+            words: features.iter().map(Feature::to_string).collect(),
+            features,
+            scenes: names(numbers.map(|number| &scenes[*number])),
+            open: 0,
+            unexplained: 0,
+        };
+    }
     Finding {
         kind,
-        features: cause.alternatives.iter().map(|change| change.place.into()).collect(),
+        features,
         words: cause.alternatives.iter().map(|change| change.words.clone()).collect(),
-        scenes: names(cause.scenes.iter().map(|number| &scenes[*number])),
+        scenes: names(numbers.map(|number| &scenes[*number])),
         open: cause.open,
-        unexplained: cause.unexplained,
+        unexplained: exceptions,
     }
 }
 
@@ -382,6 +480,24 @@ fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
             None => kinds.push((kind, vec![number])),
         }
     }
+    let is_time_step = |kind: &Kind| matches!(kind, Kind::TimeStep(_));
+    // Times that count by the one time step are those of a constant dt.
+    let (time_steps, mut kinds): (Vec<_>, Vec<_>) =
+        kinds.into_iter().partition(|(kind, _)| is_time_step(kind));
+    let is_constant = |numbers: &[usize]| {
+        let mut steps = numbers.iter().map(|number| scenes[*number].scene.time_step);
+        let first = steps.next();
+        steps.any(|step| Some(step) != first)
+    };
+    match time_steps.as_slice() {
+        [(_, numbers)] if is_constant(numbers) => kinds.extend(time_steps),
+        [] => {}
+        _ => {
+            let numbers = time_steps.into_iter().flat_map(|(_, numbers)| numbers).collect();
+            kinds.push((Kind::Times, numbers));
+        }
+    }
+    settle_open(&mut kinds);
     kinds.sort_by_key(|(_, numbers)| std::cmp::Reverse(numbers.len()));
     // A fault of most traces can look like another one in a few.
     let count = |(_, numbers): &(Kind, Vec<usize>)| numbers.len();
@@ -391,14 +507,14 @@ fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
     }
     let mut list: Vec<Finding> = Vec::new();
     for (kind, numbers) in kinds {
-        let Some(feature) = kind.feature() else { continue };
+        let features = kind.features();
         let found = names(numbers.iter().map(|number| &scenes[*number]));
-        match list.iter_mut().find(|known| known.features == [feature]) {
+        match list.iter_mut().find(|known| known.features == features) {
             Some(known) => known.scenes.extend(found),
             None => list.push(Finding {
                 kind: FindingKind::Output,
-                features: vec![feature],
-                words: vec![format!("{feature}: {kind}")],
+                words: vec![kind.sentence(); features.len()],
+                features,
                 scenes: found,
                 open: 0,
                 unexplained: 0,
@@ -406,6 +522,29 @@ fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
         }
     }
     list
+}
+
+/// Gives the scenes that do not tell reading from writing to the kind that others tell: under forces that look alike in
+/// both orders, a scene read so is one written so.
+fn settle_open(kinds: &mut Vec<(Kind, Vec<usize>)>) {
+    for (open, read, written) in [
+        (Kind::OrderOpen, Kind::OrderRead, Kind::Order),
+        (Kind::InitialOpen, Kind::InitialState, Kind::InitialWritten),
+    ] {
+        let has = |kind: &Kind| kinds.iter().any(|(known, _)| known == kind);
+        let known = match (has(&read), has(&written)) {
+            (true, false) => read,
+            (false, true) => written,
+            _ => continue,
+        };
+        if let Some(place) = kinds.iter().position(|(kind, _)| *kind == open) {
+            let (_, numbers) = kinds.remove(place);
+            kinds
+                .iter_mut()
+                .filter(|(kind, _)| *kind == known)
+                .for_each(|(_, all)| all.extend(&numbers));
+        }
+    }
 }
 
 /// The first wrong step of implicit Euler that satisfies its own equation, counted from 1.
@@ -504,38 +643,143 @@ fn is_unexplained(scene: &SceneEvidence<'_>) -> bool {
     is_wrong && !scene.explained && !scene.open
 }
 
-/// What the scenes have in common that nothing explains and in which no feature stands out: forces, the integrator, fixed
-/// particles. `None` if most scenes that pass have it too.
-fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Option<Finding> {
+/// What wrong scenes share that nothing explains.
+struct Shared {
+    finding: Finding,
+    /// The one feature that they share and no right scene has.
+    apart: Option<Feature>,
+}
+
+/// A property of scenes, in words.
+struct Property {
+    words: String,
+    /// The feature that it is; `None` for a circumstance.
+    feature: Option<Feature>,
+    holds: Box<dyn Fn(&Scene) -> bool>,
+}
+
+/// The properties by which wrong scenes are told from right ones: features first, then circumstances.
+fn properties(right: &[&Scene]) -> Vec<Property> {
+    let mut all = Vec::new();
+    let mut add = |words: &str, feature: Option<Feature>, holds: Box<dyn Fn(&Scene) -> bool>| {
+        all.push(Property { words: words.to_owned(), feature, holds });
+    };
+    for term in Term::all() {
+        let feature = Feature::from(Place::Force(term));
+        let holds = move |scene: &Scene| terms(scene).contains(&term);
+        add(&term.to_string(), Some(feature), Box::new(holds));
+    }
+    fn fixed(scene: &Scene) -> impl Iterator<Item = &scene::Particle> {
+        scene.particles.iter().filter(|particle| particle.fixed)
+    }
+    let any = Some(Feature::Fixed(Family::Any));
+    add("fixed particles", any, Box::new(|scene| fixed(scene).next().is_some()));
+    for kind in integrator::REGISTRY {
+        let name = kind.schema.name;
+        let holds = move |scene: &Scene| scene.integrator.name == name;
+        add(&format!("integrator {name}"), Some(Feature::Integrator(name)), Box::new(holds));
+    }
+    for (words, is_implicit) in [("explicit methods", false), ("implicit methods", true)] {
+        let holds =
+            move |scene: &Scene| (scene.integrator.matrix == Matrix::Jacobians) == is_implicit;
+        add(words, None, Box::new(holds));
+    }
+    let moves = |scene: &Scene| fixed(scene).any(|particle| particle.velocity != [0.0; 3]);
+    add("fixed particles that move", None, Box::new(moves));
+    add("several fixed particles", None, Box::new(|scene| fixed(scene).count() > 1));
+    add(
+        "two forces on one edge",
+        None,
+        Box::new(|scene| {
+            let edges: Vec<_> = scene.forces.iter().filter_map(|element| element.edge).collect();
+            (1..edges.len()).any(|k| edges[..k].contains(&edges[k]))
+        }),
+    );
+    for kind in force::REGISTRY {
+        let tag = kind.schema.tag;
+        let count = move |scene: &Scene| {
+            scene.forces.iter().filter(|element| element.schema.tag == tag).count() > 1
+        };
+        add(&format!("several elements of {tag}"), None, Box::new(count));
+    }
+    let masses = |scene: &Scene| scene.particles.iter().any(|particle| particle.mass != 1.0);
+    add("masses other than 1", None, Box::new(masses));
+    let most = right.iter().map(|scene| scene.particles.len()).max().unwrap_or(0);
+    let is_large = move |scene: &Scene| scene.particles.len() > most;
+    add(&format!("more than {most} particles"), None, Box::new(is_large));
+    all
+}
+
+/// What the scenes share that nothing explains and in which no feature stands out, in groups. Traces that are not finite
+/// are groups of their own.
+fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Vec<Shared> {
     let is_named = |scene: &SceneEvidence<'_>| {
         found.iter().any(|f| f.scenes.iter().any(|name| name == scene.judged.name))
     };
-    let failing: Vec<&SceneEvidence<'_>> =
-        scenes.iter().filter(|scene| is_unexplained(scene) && !is_named(scene)).collect();
-    if failing.len() < FEW {
-        return None;
-    }
-    type Test = Box<dyn Fn(&Scene) -> bool>;
-    let mut shared: Vec<(String, Test)> = Vec::new();
-    let in_all = |test: &Test| failing.iter().all(|scene| test(scene.judged.scene));
-    for term in Term::all() {
-        let test: Test = Box::new(move |scene| terms(scene).contains(&term));
-        shared.extend(in_all(&test).then(|| (term.to_string(), test)));
-    }
-    let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
-    let test: Test = Box::new(has_fixed);
-    shared.extend(in_all(&test).then(|| ("fixed particles".to_owned(), test)));
-    for kind in integrator::REGISTRY {
-        let name = kind.schema.name;
-        let test: Test = Box::new(move |scene| scene.integrator.name == name);
-        shared.extend(in_all(&test).then(|| (format!("integrator {name}"), test)));
-    }
-    let passing: Vec<&Scene> =
-        scenes.iter().filter(|scene| scene.passed).map(|scene| scene.judged.scene).collect();
-    let count = |shared: &[(String, Test)]| {
-        passing.iter().filter(|scene| shared.iter().all(|(_, test)| test(scene))).count()
+    let is_open = |scene: &&SceneEvidence<'_>| {
+        scene.kind == Some(Kind::Wrong) && !scene.explained && !scene.open && !is_named(scene)
     };
-    // Without what sets no passing scene apart.
+    let is_finite =
+        |scene: &&SceneEvidence<'_>| !matches!(scene.judged.outcome, Outcome::NotFinite(_));
+    let (finite, other): (Vec<_>, Vec<_>) = scenes.iter().filter(is_open).partition(is_finite);
+    let is_right =
+        |scene: &&SceneEvidence<'_>| scene.passed || scene.explained && scene.is_suspect();
+    let right: Vec<&Scene> =
+        scenes.iter().filter(is_right).map(|scene| scene.judged.scene).collect();
+    let mut all = groups(other, &right, "NaN or infinite numbers in the trace; ");
+    all.extend(groups(finite, &right, ""));
+    all
+}
+
+/// Wrong scenes in groups: first those that share what no right scene has, the larger ones first; then the others together.
+fn groups(mut failing: Vec<&SceneEvidence<'_>>, right: &[&Scene], what: &str) -> Vec<Shared> {
+    let all = properties(right);
+    let mut found = Vec::new();
+    while failing.len() >= FEW && found.len() < GROUPS {
+        let mut best: (usize, Vec<&Property>) = (0, Vec::new());
+        let singles = all.iter().map(|one| vec![one]);
+        let others = |number: usize| &all[number + 1..];
+        let pairs = all.iter().enumerate();
+        let pairs = pairs.flat_map(|(n, one)| others(n).iter().map(move |two| vec![one, two]));
+        for properties in singles.chain(pairs) {
+            let holds = |scene: &Scene| properties.iter().all(|one| (one.holds)(scene));
+            let count = failing.iter().filter(|scene| holds(scene.judged.scene)).count();
+            let pass = right.iter().filter(|scene| holds(scene)).count();
+            let score = count.saturating_sub(PASSING * pass);
+            // Of equal groups, the one that fewer and earlier properties describe.
+            if count >= FEW && score > best.0 {
+                best = (score, properties);
+            }
+        }
+        let (_, best) = best;
+        if best.is_empty() {
+            break;
+        }
+        let is_in =
+            |scene: &&SceneEvidence<'_>| best.iter().all(|one| (one.holds)(scene.judged.scene));
+        let (group, rest): (Vec<_>, Vec<_>) = failing.into_iter().partition(is_in);
+        failing = rest;
+        let holds = |scene: &&&Scene| best.iter().all(|one| (one.holds)(scene));
+        let pass = right.iter().filter(holds).count();
+        let words = format!("{what}{}", shared_in_words(&best, pass));
+        let apart = if best.len() == 1 && pass == 0 { best[0].feature } else { None };
+        found.push(Shared { finding: unnamed(words, &group), apart });
+    }
+    if !failing.is_empty() {
+        let words = format!("{what}{}", rest_in_words(&all, &failing, right));
+        found.push(Shared { finding: unnamed(words, &failing), apart: None });
+    }
+    found
+}
+
+/// What all of these scenes share, and how many right scenes share it too.
+fn rest_in_words(all: &[Property], failing: &[&SceneEvidence<'_>], right: &[&Scene]) -> String {
+    let in_all = |one: &&Property| failing.iter().all(|scene| (one.holds)(scene.judged.scene));
+    let mut shared: Vec<&Property> = all.iter().filter(in_all).collect();
+    let count = |shared: &[&Property]| {
+        right.iter().filter(|scene| shared.iter().all(|one| (one.holds)(scene))).count()
+    };
+    // Without what sets no right scene apart.
     let pass = count(&shared);
     for number in (0..shared.len()).rev() {
         let one = shared.remove(number);
@@ -543,25 +787,35 @@ fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Option<Finding> {
             shared.insert(number, one);
         }
     }
-    if shared.is_empty() || pass >= failing.len() {
-        return None;
-    }
-    let mut all: Vec<String> = shared.into_iter().map(|(name, _)| name).collect();
-    let last = all.pop().unwrap_or_default();
-    let all = if all.is_empty() { last } else { format!("{} and {last}", all.join(", ")) };
+    shared_in_words(&shared, pass)
+}
+
+fn shared_in_words(shared: &[&Property], pass: usize) -> String {
+    let Some((last, before)) = shared.split_last() else {
+        return "nothing that grade knows sets these scenes apart".to_owned();
+    };
+    let before: Vec<&str> = before.iter().map(|one| one.words.as_str()).collect();
+    let list = match before.is_empty() {
+        true => last.words.clone(),
+        false => format!("{} and {}", before.join(", "), last.words),
+    };
     let rest = match pass {
         0 => "which no scene that passes has".to_owned(),
         1 => "which 1 scene that passes has too".to_owned(),
         pass => format!("which {pass} scenes that pass have too"),
     };
-    Some(Finding {
+    format!("the scenes share {list}, {rest}")
+}
+
+fn unnamed(words: String, scenes: &[&SceneEvidence<'_>]) -> Finding {
+    Finding {
         kind: FindingKind::Common,
         features: Vec::new(),
-        words: vec![format!("{all}, {rest}")],
-        scenes: names(failing.into_iter()),
+        words: vec![words],
+        scenes: names(scenes.iter().copied()),
         open: 0,
         unexplained: 0,
-    })
+    }
 }
 
 fn in_words(feature: Feature, circumstances: &str) -> String {
@@ -586,6 +840,10 @@ fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
             Some(only) => vec![only],
             None => scope::eliminated(&wrong, &right, FEW),
         };
+        if found.is_empty() {
+            let groups = groups(failing, &right, &format!("{symptom}; "));
+            return groups.into_iter().map(|shared| shared.finding).collect();
+        }
         let finding = |(feature, detail, numbers): scope::Guilty| Finding {
             kind: FindingKind::Ends(symptom),
             features: vec![feature],
@@ -604,14 +862,23 @@ fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
     let mut found: Vec<(Option<String>, Vec<&SceneEvidence<'_>>)> = Vec::new();
     for scene in scenes {
         let Outcome::Refused(lacks) = &scene.judged.outcome else { continue };
-        // Without a name, it is that of the integrator if all its scenes are refused, and others are not.
-        let name = scene.judged.scene.integrator.name;
-        let is_its = |other: &&SceneEvidence<'_>| other.judged.scene.integrator.name == name;
+        // Without a name, it is that of the integrator or force whose scenes are all refused, if others are not.
         let is_refused =
             |other: &SceneEvidence<'_>| matches!(other.judged.outcome, Outcome::Refused(_));
-        let is_integrator =
-            || scenes.iter().filter(is_its).all(is_refused) && !scenes.iter().all(is_refused);
-        let lacks = lacks.clone().or_else(|| is_integrator().then(|| name.to_owned()));
+        let refuses_all = |has: &dyn Fn(&Scene) -> bool| {
+            let mut its = scenes.iter().filter(|other| has(other.judged.scene));
+            its.all(is_refused) && !scenes.iter().all(is_refused)
+        };
+        let name = scene.judged.scene.integrator.name;
+        let tags = scene.judged.scene.forces.iter().map(|element| element.schema.tag);
+        let its_name = || match refuses_all(&|scene| scene.integrator.name == name) {
+            true => Some(name),
+            false => tags.into_iter().find(|tag| {
+                let has = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == *tag);
+                refuses_all(&has)
+            }),
+        };
+        let lacks = lacks.clone().or_else(|| its_name().map(str::to_owned));
         match found.iter_mut().find(|(known, _)| *known == lacks) {
             Some((_, scenes)) => scenes.push(scene),
             None => found.push((lacks, vec![scene])),

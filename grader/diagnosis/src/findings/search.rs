@@ -65,10 +65,16 @@ const SYNONYMS: usize = 2;
 const RIVALS: usize = 12;
 
 /// The least rank of changes that only most of their scenes prove.
-const FAR_FETCHED: u8 = 3;
+pub(super) const FAR_FETCHED: u8 = 3;
 
 /// Jacobians that the same change of the matrix may be in.
 const TOGETHER: usize = 3;
+
+/// Relative distance of a fitted number from a power of the time step at which it is taken for that.
+const ACCIDENTAL: f64 = 1e-4;
+
+/// Fitted factors below this are no finding: a scene of few forces determines them by its rounding.
+const TINY: f64 = 1e-6;
 
 /// Minimum ratio of a defect to the noise for changes to be distinguishable.
 const CLEAR: f64 = 300.0;
@@ -84,8 +90,10 @@ pub(super) struct Cause {
     pub(super) scenes: Vec<usize>,
     /// Scenes where Newton's method converges slowly or not at all with it: no statement.
     pub(super) open: usize,
-    /// Wrong scenes in which it acts, and that nothing explains.
-    pub(super) unexplained: usize,
+    /// Wrong scenes in which it acts, and that nothing explains: by number.
+    pub(super) unexplained: Vec<usize>,
+    /// Causes of one number were found together, and stand only beside each other.
+    group: usize,
 }
 
 impl Cause {
@@ -147,8 +155,9 @@ pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
     let mut found = search(scenes, &[]);
     let mut excluded: Vec<Change> = Vec::new();
     for _ in 0..RETRIES {
-        let doubtful =
-            found.iter().filter(|cause| !cause.is_lack() && cause.unexplained > cause.scenes.len());
+        let doubtful = found
+            .iter()
+            .filter(|cause| !cause.is_lack() && cause.unexplained.len() > cause.scenes.len());
         let before = excluded.len();
         excluded.extend(doubtful.flat_map(|cause| cause.alternatives.clone()));
         if excluded.len() == before {
@@ -173,8 +182,49 @@ pub(super) fn causes(scenes: &mut [SceneEvidence<'_>]) -> Vec<Cause> {
         }
     }
     drop_all(scenes, &mut found, is_unlikely);
-    attribute(scenes, &mut found);
+    for cause in &mut found {
+        // Only a matrix of Jacobians shows them.
+        if !cause.scenes.iter().any(|&number| super::is_linearized(&scenes[number])) {
+            cause.alternatives.iter_mut().for_each(candidates::say_force_alone);
+        }
+    }
     found
+}
+
+/// Gives each wrong scene that all causes together make to those that act in it, and to no other: what was proven beside a
+/// cause that is gone is proven again. A cause without a scene goes, and with it those that stand only beside it.
+fn settle(scenes: &mut [SceneEvidence<'_>], found: &mut Vec<Cause>) {
+    loop {
+        for cause in found.iter_mut() {
+            for number in cause.scenes.drain(..) {
+                scenes[number].explained = false;
+            }
+        }
+        explain_more(scenes, found);
+        attribute(scenes, found);
+        let gone = found.iter().filter(|cause| cause.scenes.is_empty());
+        let gone: BTreeSet<usize> = gone.map(|cause| cause.group).collect();
+        if gone.is_empty() {
+            break;
+        }
+        found.retain(|cause| !gone.contains(&cause.group));
+    }
+    mark_open(scenes, found);
+    let made: Vec<Change> = found.iter().map(|cause| cause.change().clone()).collect();
+    let is_slow = |number: &usize| {
+        let scene = &scenes[*number];
+        let is_wrong = scene.is_newton() && scene.is_suspect() && !scene.explained;
+        let model = || Model::new(&scene.scene, &made);
+        is_wrong && scene.agrees_with(&model(), usize::MAX) == Agreement::Open
+    };
+    let slow: Vec<usize> = (0..scenes.len()).into_par_iter().filter(is_slow).collect();
+    for cause in found {
+        let change = cause.change().clone();
+        let acts = |number: &usize| change.must_act_in(&scenes[*number].scene);
+        let left = (0..scenes.len()).filter(|&number| scenes[number].is_left());
+        cause.unexplained = left.filter(acts).collect();
+        cause.open = slow.iter().filter(|number| acts(number)).count();
+    }
 }
 
 /// Gives each explained scene to the causes without which its steps are not made: several, where they act together.
@@ -212,10 +262,6 @@ fn attribute(scenes: &[SceneEvidence<'_>], found: &mut [Cause]) {
         if !of_it.is_empty() {
             cause.scenes = of_it;
         }
-        // Only a matrix of Jacobians shows them.
-        if !cause.scenes.iter().any(|&number| super::is_linearized(&scenes[number])) {
-            cause.alternatives.iter_mut().for_each(candidates::say_force_alone);
-        }
     }
 }
 
@@ -226,6 +272,7 @@ fn search(scenes: &mut [SceneEvidence<'_>], excluded: &[Change]) -> Vec<Cause> {
     time_steps.sort_by(f64::total_cmp);
     time_steps.dedup();
     let mut found: Vec<Cause> = Vec::new();
+    let mut n_groups = 0;
     // Scenes that no change explained, with the number of changes that acted in them then.
     let mut tried: HashMap<(usize, bool), usize> = HashMap::new();
     for _ in 0..ROUNDS {
@@ -239,11 +286,14 @@ fn search(scenes: &mut [SceneEvidence<'_>], excluded: &[Change]) -> Vec<Cause> {
         if next.is_empty() {
             break;
         }
+        let is_joint = next.iter().all(|cause| cause.scenes == next[0].scenes);
+        n_groups += 1;
         for cause in next {
             for &number in &cause.scenes {
                 scenes[number].explained = true;
             }
-            found.push(cause);
+            n_groups += usize::from(!is_joint);
+            found.push(Cause { group: n_groups, ..cause });
         }
         explain_more(scenes, &mut found);
         if prefer_rivals(scenes, &mut found) {
@@ -363,11 +413,11 @@ fn is_unlikely(scenes: &[SceneEvidence<'_>], cause: &Cause) -> bool {
     let unsettled = scenes.iter().filter(acts).filter(|scene| !scene.explained).count();
     let explained = cause.scenes.len();
     let is_replaced = matches!(change.effect, Effect::Method(_, Rule::Replaced(_)));
-    let is_in_method = cause.unexplained > 0 && is_all_of_a_method(scenes, cause);
+    let is_in_method = !cause.unexplained.is_empty() && is_all_of_a_method(scenes, cause);
     let is_far_fetched = !cause.is_lack() && change.rank >= FAR_FETCHED;
     match is_replaced || is_far_fetched {
         true => explained <= unsettled,
-        false => !cause.is_lack() && (2 * explained < cause.unexplained || is_in_method),
+        false => !cause.is_lack() && (2 * explained < cause.unexplained.len() || is_in_method),
     }
 }
 
@@ -395,21 +445,14 @@ fn drop_all(
 ) {
     let (dropped, mut kept): (Vec<Cause>, Vec<Cause>) =
         std::mem::take(found).into_iter().partition(|cause| is_dropped(scenes, cause));
-    if !dropped.is_empty() {
-        for &number in dropped.iter().flat_map(|cause| &cause.scenes) {
-            scenes[number].explained = false;
-        }
-        for cause in &mut kept {
-            cause.scenes.retain(|&number| scenes[number].explained);
-        }
-        explain_more(scenes, &mut kept);
-        kept.retain(|cause| !cause.scenes.is_empty());
-        mark_open(scenes, &kept);
+    let gone: BTreeSet<usize> = dropped.iter().map(|cause| cause.group).collect();
+    let (more, kept_apart): (Vec<Cause>, Vec<Cause>) =
+        std::mem::take(&mut kept).into_iter().partition(|cause| gone.contains(&cause.group));
+    for &number in dropped.iter().chain(&more).flat_map(|cause| &cause.scenes) {
+        scenes[number].explained = false;
     }
-    for cause in &mut kept {
-        let acts = |scene: &&SceneEvidence<'_>| cause.change().must_act_in(&scene.scene);
-        cause.unexplained = scenes.iter().filter(|scene| scene.is_left()).filter(acts).count();
-    }
+    kept = kept_apart;
+    settle(scenes, &mut kept);
     *found = kept;
 }
 
@@ -591,7 +634,8 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
             rivals: Vec::new(),
             scenes: one.explained.into_iter().filter(|number| all.contains(number)).collect(),
             open: one.open,
-            unexplained: 0,
+            unexplained: Vec::new(),
+            group: 0,
         };
         return found.into_iter().map(cause).collect();
     }
@@ -602,7 +646,14 @@ fn lacks(scenes: &[SceneEvidence<'_>], made: &[Change]) -> Vec<Cause> {
         if let Some(Weighed { changes, explained, open, .. }) = prove(scenes, &all, one) {
             let scenes = explained.into_iter().collect();
             let (alternatives, rivals) = (changes, Vec::new());
-            causes.push(Cause { alternatives, rivals, scenes, open, unexplained: 0 });
+            causes.push(Cause {
+                alternatives,
+                rivals,
+                scenes,
+                open,
+                unexplained: Vec::new(),
+                group: 0,
+            });
         }
     }
     causes
@@ -710,7 +761,8 @@ fn choose(scenes: &[SceneEvidence<'_>], made: &[Change], mut weighed: Vec<Weighe
             rivals: Vec::new(),
             scenes: scenes.clone(),
             open,
-            unexplained: 0,
+            unexplained: Vec::new(),
+            group: 0,
         })
         .collect();
     let is_clear_lack =
@@ -893,8 +945,20 @@ fn survivors(scene: &SceneEvidence<'_>, made: &[Change], time_steps: &[f64]) -> 
     if found.is_empty() {
         found = in_jacobians_of_newton(scene, made);
     }
+    found.retain(|change| !is_accidental(change, inner.time_step));
     found.sort_by_key(|change| change.rank);
     found
+}
+
+/// Whether the number of a change is that of one scene, a power of its time step, or next to nothing: a change without a
+/// number says the same of all scenes, if that is the mistake.
+fn is_accidental(change: &Change, time_step: f64) -> bool {
+    let Some(number) = change.effect.number() else { return false };
+    let is_near = |power: i32| {
+        let known = time_step.powi(power);
+        (number.abs() - known).abs() <= ACCIDENTAL * known
+    };
+    number != 0.0 && number.abs() < TINY || [-2, -1, 1, 2].into_iter().any(is_near)
 }
 
 /// Wrong steps whose defect is far above the noise.

@@ -1038,9 +1038,10 @@ fn regeneration_reports_how_a_trace_changed() {
         let project = Project::new();
         project.write("assets/Spring/pair.xml", &SPRING.replacen(from, to, 1));
         let run = project.grade(&["oracle", "regenerate"]);
-        let (code, outcome) = match message.starts_with('!') {
-            true => (1, "expected was NOT replaced"),
-            false => (0, "expected was replaced\n"),
+        let (code, outcome) = if message.starts_with('!') {
+            (1, "expected was NOT replaced")
+        } else {
+            (0, "expected was replaced\n")
         };
         assert_eq!(run.code, code, "{}", run.stdout);
         assert!(run.stdout.starts_with(message), "{message}: {}", run.stdout);

@@ -224,9 +224,10 @@ fn passes_once_filled_in(language: Language, assignment: &str, stub: &str, bodie
         let mut bodies = bodies.iter();
         let filled = text.lines().map(|line| {
             let indent = &line[..line.len() - line.trim_start().len()];
-            match line.trim_start().starts_with(stub) {
-                true => format!("{indent}{}\n", bodies.next().unwrap()),
-                false => format!("{line}\n"),
+            if line.trim_start().starts_with(stub) {
+                format!("{indent}{}\n", bodies.next().unwrap())
+            } else {
+                format!("{line}\n")
             }
         });
         let filled: String = filled.collect();

@@ -242,6 +242,11 @@ const NESTED: &[Layout] = &[
     ("a zip without an ending", &[("dot", ZIP)], Row("dot", "passed")),
     ("a folder that holds a zip", &[("eve/hw 1.zip", ZIP_OF_FOLDER)], Row("eve", "passed")),
     (
+        "a zip beside a report",
+        &[("gil/hw.zip", ZIP), ("gil/report.txt", "my report")],
+        Row("gil", "passed"),
+    ),
+    (
         "a folder that holds a Mac's zip and leavings",
         &[("fay/hw.zip", ZIP_OF_MAC), ("fay/.DS_Store", ""), ("fay/__MACOSX/._hw.zip", "")],
         Row("fay", "passed"),

@@ -632,3 +632,129 @@ fn rubric_names_the_pack() {
     assert_eq!(run.code, 2, "{}", run.stdout);
     assert!(run.stderr.contains("assets/pack: no pack"), "{}", run.stderr);
 }
+
+/// Twenty hand-ins on starter code of the course's form, and what each gets of three points.
+const CLASS: &str = r##"
+import io, os, re, shutil, zipfile
+start = {}
+for name in os.listdir("start/FOSSSim"):
+    start[name] = open("start/FOSSSim/" + name).read()
+def filled(name, body):
+    return re.sub(r' *// your code here\n.*\n', body, start[name])
+gravity = filled("SimpleGravityForce.cpp", """
+    for (std::size_t k = 0; k < gradE.size(); ++k) gradE[k] -= m[k] * (k % 2 == 0 ? m_fx : m_fy);
+""")
+euler = filled("ExplicitEuler.cpp", """
+    VectorXs &x = scene.getX(), &v = scene.getV(), F(x.size(), 0.0);
+    scene.accumulateGradU(F);
+    for (std::size_t k = 0; k < x.size(); ++k) {
+        x[k] += dt * v[k];
+        if (!scene.isFixed(k / 2)) v[k] -= dt * F[k] / scene.getM()[k];
+    }
+    return true;
+""")
+assert gravity != start["SimpleGravityForce.cpp"] and euler != start["ExplicitEuler.cpp"]
+def own(gravity=gravity, euler=euler):
+    return {"SimpleGravityForce.cpp": gravity, "ExplicitEuler.cpp": euler}
+def folder(name, files):
+    for path, text in files.items():
+        full = os.path.join("class", name, path)
+        os.makedirs(os.path.dirname(full), exist_ok=True)
+        open(full, "w", newline="").write(text)
+def zipped(files):
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for path, text in files.items():
+            archive.writestr(path, text)
+    return out.getvalue()
+def handed(name, data):
+    open(os.path.join("class", name), "wb").write(data)
+def below(place, files):
+    return {place + path: text for path, text in files.items()}
+os.makedirs("class")
+whole = {**start, **own()}
+folder("right-changed-files", below("FOSSSim/", own()))
+folder("right-flat", own())
+folder("right-whole", below("t1m1/FOSSSim/", whole))
+folder("right-built", {**below("FOSSSim/", whole), "build/FOSSSim/main.o": "x", "build/CMakeCache.txt": "x", ".git/HEAD": "x"})
+folder("right-nested", below("hw1/submission/FOSSSim/", own()))
+folder("right-windows", {path: text.replace("\n", "\r\n") for path, text in below("FOSSSim/", own()).items()})
+folder("right-extra-file", {**below("FOSSSim/", own()), "FOSSSim/Helper.cpp": "int helper() { return 1; }\n", "README.txt": "x"})
+handed("right-mac.zip", zipped({**below("t1m1/FOSSSim/", own()), **below("__MACOSX/t1m1/FOSSSim/._", own()), "t1m1/.DS_Store": "x"}))
+handed("right-flat.zip", zipped(own()))
+handed("right-twice.zip", zipped({"hw1/t1m1.zip": zipped(below("FOSSSim/", own()))}))
+folder("right-zip-in-folder", {"note.txt": "x"})
+handed("right-zip-in-folder/t1m1.zip", zipped(below("FOSSSim/", own())))
+folder("wrong-gravity-sign", below("FOSSSim/", own(gravity=gravity.replace("-=", "+="))))
+folder("wrong-without-mass", below("FOSSSim/", own(gravity=gravity.replace("m[k] * ", ""))))
+folder("wrong-fixed-falls", below("FOSSSim/", own(euler=euler.replace("if (!scene.isFixed(k / 2)) ", ""))))
+folder("unfinished-nothing", below("FOSSSim/", start))
+folder("unfinished-gravity", {"FOSSSim/ExplicitEuler.cpp": euler})
+folder("broken-syntax", below("FOSSSim/", own(euler=euler.replace("return true;", "return true"))))
+folder("broken-name", below("FOSSSim/", own(gravity=gravity.replace("gradE[k]", "gradient[k]"))))
+folder("bad-report-only", {"report.pdf": "%PDF"})
+folder("bad-binary", {"report.txt": "see fosssim.exe"})
+"##;
+
+/// The course's pack, with starter code of its form whose base library draws, in the format of our skeletons.
+#[needs("test -x /usr/bin/python3 && g++ --version && ar --version")]
+#[test]
+fn class_on_the_starter_code_lands_where_it_should() {
+    let folder = Folder::new();
+    let here = folder.path(".");
+    let run = grade(&here, &["init", "cpp", "start", "--assignment", "t1m1"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    folder.write(
+        "start/FOSSSim/Drawing.cpp",
+        "extern \"C\" void draw();\nvoid (*display)() = draw;\n",
+    );
+    folder.write(
+        "draw.c",
+        "void glBegin(int); void glVertex2d(double, double); void glEnd(void); void glutSwapBuffers(void);\n\
+         void draw(void) { glBegin(1); glVertex2d(0, 0); glEnd(); glutSwapBuffers(); }\n",
+    );
+    let library = "mkdir -p start/lib start/include && gcc -c draw.c -o draw.o && ar rc start/lib/libbase.a draw.o && \
+                   cp -r PACK pack";
+    let library = library.replace("PACK", &pack("fosssim-t1m1"));
+    assert!(
+        Command::new("sh").args(["-c", &library]).current_dir(&here).status().unwrap().success()
+    );
+    edit(&folder, "-std=c++11", "-std=c++17");
+    edit(
+        &folder,
+        "\"-s\", \"{scene}\", \"-d\", \"0\", \"-o\", \"{trace}\"",
+        "\"{scene}\", \"{trace}\"",
+    );
+    edit(&folder, "format = \"fosssim\"", "format = \"csv\"");
+    python(&here, CLASS);
+
+    let run = grade(
+        &here,
+        &["class", "class", "-o", "out", "--pack", "pack", "--starter", "start", "--no-jacobians"],
+    );
+    assert_eq!(run.code, 3, "{}{}", run.stdout, run.stderr);
+    let rows = rows(&folder);
+    assert_eq!(rows.len(), 20, "{rows:?} {}", run.stderr);
+    let expected = |name: &str| match name.split('-').next() {
+        Some("right") => ("3", "passed"),
+        Some("broken") => ("0", "build-failed"),
+        Some("bad") => ("0", "bad-hand-in"),
+        _ => match name {
+            "unfinished-nothing" => ("0", "not-implemented"),
+            "wrong-fixed-falls" => ("2", "failed"),
+            _ => ("1", "failed"),
+        },
+    };
+    let unexpected = rows
+        .iter()
+        .filter(|(name, (points, verdict))| (points.as_str(), verdict.as_str()) != expected(name));
+    assert_eq!(unexpected.collect::<Vec<_>>(), [], "{}", run.stdout);
+    let report = folder.read("out/reports/right-extra-file.txt");
+    let taken = "Taken from the hand-in: FOSSSim/ExplicitEuler.cpp, FOSSSim/Helper.cpp, FOSSSim/SimpleGravityForce.cpp; not \
+                 README.txt.";
+    assert!(report.contains(taken) && report.contains(", pack "), "{report}");
+    let report = folder.read("out/reports/broken-syntax.txt");
+    assert!(report.contains("ExplicitEuler.cpp"), "{report}");
+    let (_, to_look_at) = run.stdout.split_once("Not graded, for people to look at").unwrap();
+    assert_eq!(to_look_at.matches("bad hand in").count(), 2, "{to_look_at}");
+}

@@ -482,9 +482,8 @@ fn named<const N: usize>(parameters: &[f64]) -> [f64; N] {
 }
 
 fn vector<T: Number>(values: &[T], dimension: usize, particle: usize) -> Vector<T> {
-    std::array::from_fn(|axis| match axis < dimension {
-        true => values[particle * dimension + axis],
-        false => T::from(0.0),
+    std::array::from_fn(|axis| {
+        if axis < dimension { values[particle * dimension + axis] } else { T::from(0.0) }
     })
 }
 

@@ -244,9 +244,10 @@ impl Second {
         for (place, (velocity, force)) in v.iter_mut().zip(force).enumerate() {
             let particle = &self.scene.particles[place / self.dimension()];
             if !particle.fixed {
-                *velocity = match self.style.scaled_kick {
-                    true => arithmetic.multiply_add(h / particle.mass, *force, *velocity),
-                    false => *velocity + h * arithmetic.divide(*force, particle.mass),
+                *velocity = if self.style.scaled_kick {
+                    arithmetic.multiply_add(h / particle.mass, *force, *velocity)
+                } else {
+                    *velocity + h * arithmetic.divide(*force, particle.mass)
                 };
             }
         }
@@ -366,9 +367,10 @@ impl Second {
     fn force(&self, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
         let mut force = vec![0.0; x.len()];
         let add = |element: &ForceElement| self.add_force(element, x, v, time, &mut force);
-        match self.style.backwards {
-            false => self.scene.forces.iter().for_each(add),
-            true => self.scene.forces.iter().rev().for_each(add),
+        if self.style.backwards {
+            self.scene.forces.iter().rev().for_each(add)
+        } else {
+            self.scene.forces.iter().for_each(add)
         }
         force
     }

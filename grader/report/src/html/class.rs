@@ -207,9 +207,10 @@ fn table(html: &mut Html, result: &ClassResult<'_>) {
         html.markup("</th>");
         let of = |(part, all): (usize, usize)| format!("{part}/{all}");
         let nothing = || "–".to_owned();
-        let points = match row.is_fault() {
-            true => format!("{}, {} not judged", row.points, row.not_judged),
-            false => row.points.clone(),
+        let points = if row.is_fault() {
+            format!("{}, {} not judged", row.points, row.not_judged)
+        } else {
+            row.points.clone()
         };
         for (class, value) in [
             ("number spare", format!("{}/{}", row.required.0, row.required.1)),

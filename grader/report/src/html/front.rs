@@ -152,13 +152,10 @@ fn feature(html: &mut Html, result: &FeatureResult, grading: &Grading, is_hidden
         html.element("td", &[("class", "number spare")], &shown(value));
     }
     let credit = result.credit();
-    let points = match credit.unjudged > 0.0 {
-        true => format!(
-            "{}, {} not judged",
-            points::of(&credit, grading.faults),
-            points::unjudged(&credit)
-        ),
-        false => points::of(&credit, grading.faults),
+    let points = if credit.unjudged > 0.0 {
+        format!("{}, {} not judged", points::of(&credit, grading.faults), points::unjudged(&credit))
+    } else {
+        points::of(&credit, grading.faults)
     };
     html.element("td", &[("class", "number")], &points);
     let (class, words) = match result.has_faults() {

@@ -33,9 +33,8 @@ impl Gallery {
         if hides_names {
             scenes.sort_by(|a, b| (a.hash, &a.path).cmp(&(b.hash, &b.path)));
         }
-        let name = |(number, scene): (usize, &Creative)| match hides_names {
-            true => format!("Scene {}", number + 1).into(),
-            false => scene.below.clone(),
+        let name = |(number, scene): (usize, &Creative)| {
+            if hides_names { format!("Scene {}", number + 1).into() } else { scene.below.clone() }
         };
         let names = scenes.iter().enumerate().map(name).collect();
         Self { scenes, names, hides_names }

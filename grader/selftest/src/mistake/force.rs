@@ -23,7 +23,7 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     groups.into_iter().flatten().collect()
 }
 
-fn place<T>(name: &'static str, part: Part, of: fn(&mut Student) -> &mut T) -> Place<T> {
+pub(super) fn place<T>(name: &'static str, part: Part, of: fn(&mut Student) -> &mut T) -> Place<T> {
     Place { subject: Subject { area: Area::Force, name, scope: Scope::Force(part) }, of }
 }
 
@@ -48,7 +48,7 @@ fn keep_last_on_each_edge(scene: &mut Scene) {
 }
 
 impl Place<BodyForce> {
-    fn law(&self, description: &'static str, law: BodyForce) -> Mistake {
+    pub(super) fn law(&self, description: &'static str, law: BodyForce) -> Mistake {
         self.mistake(description, move |force| *force = law)
     }
 
@@ -59,7 +59,7 @@ impl Place<BodyForce> {
 }
 
 impl Place<PairForce> {
-    fn law(&self, description: &'static str, on_i: PairFormula<Vec2>) -> Mistake {
+    pub(super) fn law(&self, description: &'static str, on_i: PairFormula<Vec2>) -> Mistake {
         self.mistake(description, move |force| force.on_i = on_i)
     }
 

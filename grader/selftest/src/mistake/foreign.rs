@@ -3,18 +3,11 @@
 use diagnosis::findings::Part;
 
 use super::super::student::{
-    Explicit, Jacobian, Mat2, PairForce, Student, Vec2, drag, four_blocks, quarter_turn,
-    simple_gravity,
+    Explicit, Mat2, Student, Vec2, drag, four_blocks, quarter_turn, simple_gravity,
 };
+use super::force::place as force;
+use super::jacobian::place as jacobian;
 use super::{Area, Mistake, Scope, Subject};
-
-fn force(name: &'static str, part: Part) -> Subject {
-    Subject { area: Area::Force, name, scope: Scope::Force(part) }
-}
-
-fn jacobian(name: &'static str, part: Part) -> Subject {
-    Subject { area: Area::Jacobian, name, scope: Scope::Jacobian(part) }
-}
 
 fn integrator(name: &'static str) -> Subject {
     Subject { area: Area::Integrator, name, scope: Scope::Integrator(name) }
@@ -33,123 +26,87 @@ pub(super) fn mistakes() -> Vec<Mistake> {
 }
 
 fn in_forces() -> Vec<Mistake> {
-    let spring = force("spring, elastic force", ELASTIC);
-    let damping = force("spring, damping", DAMPING);
-    let gravitation = force("gravitation", GRAVITATION);
-    let vortex = force("vortex", VORTEX);
-    let drag_force = force("linear drag", Part::All("dragdamping"));
-    let gravity = force("simple gravity", Part::All("simplegravity"));
-    let stiffer: fn(&mut Student) -> &mut PairForce = |s| &mut s.elastic;
+    let spring = force("spring, elastic force", ELASTIC, |s| &mut s.elastic);
+    let damping = force("spring, damping", DAMPING, |s| &mut s.damping);
+    let gravitation = force("gravitation", GRAVITATION, |s| &mut s.gravitation);
+    let vortex = force("vortex", VORTEX, |s| &mut s.vortex);
+    let drag_force = force("linear drag", Part::All("dragdamping"), |s| &mut s.drag);
+    let gravity = force("simple gravity", Part::All("simplegravity"), |s| &mut s.simple_gravity);
     vec![
-        spring.mistake("stiffens with the strain", move |s| {
-            stiffer(s).on_i = |pair, p| {
-                let strain = (pair.l() - p["l0"]) / p["l0"].max(0.1);
-                -p["k"] * (pair.l() - p["l0"]) * (1.0 + strain * strain) * pair.n()
-            };
+        spring.law("stiffens with the strain", |pair, p| {
+            let strain = (pair.l() - p["l0"]) / p["l0"].max(0.1);
+            -p["k"] * (pair.l() - p["l0"]) * (1.0 + strain * strain) * pair.n()
         }),
-        spring.mistake("limited to a force of 1", move |s| {
-            stiffer(s).on_i =
-                |pair, p| -(p["k"] * (pair.l() - p["l0"])).clamp(-1.0, 1.0) * pair.n();
+        spring.law("limited to a force of 1", |pair, p| {
+            -(p["k"] * (pair.l() - p["l0"])).clamp(-1.0, 1.0) * pair.n()
         }),
-        spring.mistake("the direction by the sum of components", move |s| {
-            stiffer(s).on_i = |pair, p| {
-                let d = pair.d();
-                -p["k"] * (pair.l() - p["l0"]) * d / (d.x.abs() + d.y.abs())
-            };
+        spring.law("the direction by the sum of components", |pair, p| {
+            let d = pair.d();
+            -p["k"] * (pair.l() - p["l0"]) * d / (d.x.abs() + d.y.abs())
         }),
-        spring.mistake("the length by its larger component", move |s| {
-            stiffer(s).on_i = |pair, p| {
-                let d = pair.d();
-                -p["k"] * (d.x.abs().max(d.y.abs()) - p["l0"]) * pair.n()
-            };
+        spring.law("the length by its larger component", |pair, p| {
+            let d = pair.d();
+            -p["k"] * (d.x.abs().max(d.y.abs()) - p["l0"]) * pair.n()
         }),
-        damping.mistake("critical: by the root of k", |s| {
-            s.damping.on_i = |pair, p| -p["b"] * p["k"].sqrt() * pair.n().dot(&pair.w()) * pair.n();
+        damping.law("critical: by the root of k", |pair, p| {
+            -p["b"] * p["k"].sqrt() * pair.n().dot(&pair.w()) * pair.n()
         }),
-        damping.mistake("quadratic in the closing speed", |s| {
-            s.damping.on_i = |pair, p| {
-                let closing = pair.n().dot(&pair.w());
-                -p["b"] * closing * closing.abs() * pair.n()
-            };
+        damping.law("quadratic in the closing speed", |pair, p| {
+            let closing = pair.n().dot(&pair.w());
+            -p["b"] * closing * closing.abs() * pair.n()
         }),
-        damping.mistake("along x alone decides", |s| {
-            s.damping.on_i = |pair, p| -p["b"] * pair.w().x * pair.n();
+        damping.law("along x alone decides", |pair, p| -p["b"] * pair.w().x * pair.n()),
+        gravitation.law("by the mean of the masses", |pair, p| {
+            let mean = 0.5 * (pair.m[0] + pair.m[1]);
+            -p["G"] * mean * mean / pair.l().powi(2) * pair.n()
         }),
-        gravitation.mistake("by the mean of the masses", |s| {
-            s.gravitation.on_i = |pair, p| {
-                let mean = 0.5 * (pair.m[0] + pair.m[1]);
-                -p["G"] * mean * mean / pair.l().powi(2) * pair.n()
-            };
+        gravitation.law("softened by 0.05", |pair, p| {
+            -p["G"] * pair.m[0] * pair.m[1] / (pair.l().powi(2) + 0.0025) * pair.n()
         }),
-        gravitation.mistake("softened by 0.05", |s| {
-            s.gravitation.on_i =
-                |pair, p| -p["G"] * pair.m[0] * pair.m[1] / (pair.l().powi(2) + 0.0025) * pair.n();
+        vortex.law("turned by 80 degrees", |pair, p| {
+            let (sin, cos) = 80.0_f64.to_radians().sin_cos();
+            let turn = Mat2::new(cos, -sin, sin, cos);
+            p["kvc"] / pair.l().powi(2) * (p["kbs"] * turn * pair.n() - pair.w())
         }),
-        vortex.mistake("turned by 80 degrees", |s| {
-            s.vortex.on_i = |pair, p| {
-                let (sin, cos) = 80.0_f64.to_radians().sin_cos();
-                let turn = Mat2::new(cos, -sin, sin, cos);
-                p["kvc"] / pair.l().powi(2) * (p["kbs"] * turn * pair.n() - pair.w())
-            };
+        vortex.law("a solid core within 0.7", |pair, p| {
+            let l = pair.l().max(0.7);
+            p["kvc"] / l.powi(2) * (p["kbs"] * quarter_turn() * pair.n() - pair.w())
         }),
-        vortex.mistake("a solid core within 0.7", |s| {
-            s.vortex.on_i = |pair, p| {
-                let l = pair.l().max(0.7);
-                p["kvc"] / l.powi(2) * (p["kbs"] * quarter_turn() * pair.n() - pair.w())
-            };
+        drag_force.law("weaker for the particles after the first", |body, p| {
+            if body.number == 0 { drag(body, p) } else { 0.9 * drag(body, p) }
         }),
-        drag_force.mistake("weaker for the particles after the first", |s| {
-            s.drag = |body, p| if body.number == 0 { drag(body, p) } else { 0.9 * drag(body, p) };
-        }),
-        drag_force.mistake("saturates", |s| {
-            s.drag = |body, p| drag(body, p) / (1.0 + body.v.norm());
-        }),
-        gravity.mistake("only on particles with an even number", |s| {
-            s.simple_gravity = |body, p| match body.number % 2 {
-                0 => simple_gravity(body, p),
-                _ => Vec2::zeros(),
-            };
+        drag_force.law("saturates", |body, p| drag(body, p) / (1.0 + body.v.norm())),
+        gravity.law("only on particles with an even number", |body, p| {
+            if body.number % 2 == 0 { simple_gravity(body, p) } else { Vec2::zeros() }
         }),
     ]
 }
 
 fn in_jacobians() -> Vec<Mistake> {
-    let elastic = jacobian("spring, elastic force, ∂F/∂x", ELASTIC);
-    let damping_dx = jacobian("spring, damping, ∂F/∂x", DAMPING);
-    let damping_dv = jacobian("spring, damping, ∂F/∂v", DAMPING);
-    let gravitation = jacobian("gravitation, ∂F/∂x", GRAVITATION);
-    let place: fn(&mut Student) -> &mut Jacobian = |s| &mut s.elastic_dx;
+    let elastic = jacobian("spring, elastic force, ∂F/∂x", ELASTIC, |s| &mut s.elastic_dx);
+    let damping_dx = jacobian("spring, damping, ∂F/∂x", DAMPING, |s| &mut s.damping_dx);
+    let damping_dv = jacobian("spring, damping, ∂F/∂v", DAMPING, |s| &mut s.damping_dv);
+    let gravitation = jacobian("gravitation, ∂F/∂x", GRAVITATION, |s| &mut s.gravitation_dx);
     vec![
-        elastic.mistake("projected to a stretched spring", move |s| {
-            place(s).block = |pair, p| {
-                let strain = ((pair.l() - p["l0"]) / pair.l()).max(0.0);
-                -p["k"] * (pair.nn() + strain * pair.across())
-            };
+        elastic.block("projected to a stretched spring", |pair, p| {
+            let strain = ((pair.l() - p["l0"]) / pair.l()).max(0.0);
+            -p["k"] * (pair.nn() + strain * pair.across())
         }),
-        elastic.mistake("by differences of 1e-3", move |s| {
-            place(s).block = |pair, p| {
-                let of = |d: Vec2| -p["k"] * (d.norm() - p["l0"]) * d / d.norm();
-                let column = |e: Vec2| (of(pair.d() + 1e-3 * e) - of(pair.d())) / 1e-3;
-                Mat2::from_columns(&[column(Vec2::x()), column(Vec2::y())])
-            };
+        elastic.block("by differences of 1e-3", |pair, p| {
+            let of = |d: Vec2| -p["k"] * (d.norm() - p["l0"]) * d / d.norm();
+            let column = |e: Vec2| (of(pair.d() + 1e-3 * e) - of(pair.d())) / 1e-3;
+            Mat2::from_columns(&[column(Vec2::x()), column(Vec2::y())])
         }),
-        elastic.mistake("the block of j doubled", move |s| {
-            place(s).spread = |k| [[k, -k], [-k, 2.0 * k]];
+        elastic.spread("the block of j doubled", |k| [[k, -k], [-k, 2.0 * k]]),
+        damping_dx.spread("its rows swapped", |k| {
+            four_blocks(Mat2::new(k[(1, 0)], k[(1, 1)], k[(0, 0)], k[(0, 1)]))
         }),
-        damping_dx.mistake("its rows swapped", |s| {
-            s.damping_dx.spread = |k| {
-                let swapped = Mat2::new(k[(1, 0)], k[(1, 1)], k[(0, 0)], k[(0, 1)]);
-                four_blocks(swapped)
-            };
+        damping_dv.block("rounded to two digits", |pair, p| {
+            -p["b"] * pair.nn().map(|x| (x * 100.0).round() / 100.0)
         }),
-        damping_dv.mistake("rounded to two digits", |s| {
-            s.damping_dv.block = |pair, p| -p["b"] * pair.nn().map(|x| (x * 100.0).round() / 100.0);
-        }),
-        gravitation.mistake("with the sum of the masses", |s| {
-            s.gravitation_dx.block = |pair, p| {
-                let strength = p["G"] * (pair.m[0] + pair.m[1]) / pair.l().powi(3);
-                -strength * (Mat2::identity() - 3.0 * pair.nn())
-            };
+        gravitation.block("with the sum of the masses", |pair, p| {
+            let strength = p["G"] * (pair.m[0] + pair.m[1]) / pair.l().powi(3);
+            -strength * (Mat2::identity() - 3.0 * pair.nn())
         }),
     ]
 }

@@ -22,16 +22,16 @@ pub(super) fn mistakes() -> Vec<Mistake> {
     groups.into_iter().flatten().collect()
 }
 
-fn place<T>(name: &'static str, part: Part, of: fn(&mut Student) -> &mut T) -> Place<T> {
+pub(super) fn place<T>(name: &'static str, part: Part, of: fn(&mut Student) -> &mut T) -> Place<T> {
     Place { subject: Subject { area: Area::Jacobian, name, scope: Scope::Jacobian(part) }, of }
 }
 
 impl Place<Jacobian> {
-    fn block(&self, description: &'static str, block: PairFormula<Mat2>) -> Mistake {
+    pub(super) fn block(&self, description: &'static str, block: PairFormula<Mat2>) -> Mistake {
         self.mistake(description, move |jacobian| jacobian.block = block)
     }
 
-    fn spread(&self, description: &'static str, spread: fn(Mat2) -> Blocks) -> Mistake {
+    pub(super) fn spread(&self, description: &'static str, spread: fn(Mat2) -> Blocks) -> Mistake {
         self.mistake(description, move |jacobian| jacobian.spread = spread)
     }
 
@@ -56,7 +56,11 @@ impl Place<Jacobian> {
 }
 
 impl Place<DragJacobian> {
-    fn block(&self, description: &'static str, block: fn(&Body, &Parameters) -> Mat2) -> Mistake {
+    pub(super) fn block(
+        &self,
+        description: &'static str,
+        block: fn(&Body, &Parameters) -> Mat2,
+    ) -> Mistake {
         self.mistake(description, move |jacobian| jacobian.block = block)
     }
 }

@@ -145,9 +145,10 @@ impl Plane {
         }
         let fall = h * self.gravity();
         for (i, particle) in self.scene.particles.iter().enumerate() {
-            self.v[i] = match particle.fixed {
-                true => (self.student.fixed.velocity)(self.v[i], fall),
-                false => (rules.velocity)(self.q[i], x[i], self.v[i], h),
+            self.v[i] = if particle.fixed {
+                (self.student.fixed.velocity)(self.v[i], fall)
+            } else {
+                (rules.velocity)(self.q[i], x[i], self.v[i], h)
             };
         }
         self.q = x;

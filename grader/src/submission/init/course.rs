@@ -291,9 +291,10 @@ impl Course {
         stub: fn(&str) -> String,
     ) -> Option<String> {
         let is_asked = function == FUNCTIONS[0].0 || self.needs_jacobians();
-        let what = match function == FUNCTIONS[0].0 {
-            true => schema.tag.to_owned(),
-            false => format!("{}: {function}", schema.tag),
+        let what = if function == FUNCTIONS[0].0 {
+            schema.tag.to_owned()
+        } else {
+            format!("{}: {function}", schema.tag)
         };
         // No method of the assignment calls it.
         (has && is_asked).then(|| stub(&what))

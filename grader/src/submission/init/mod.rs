@@ -207,9 +207,10 @@ impl Skeleton {
             Some(script) => format!("\"python3\", \"{{folder}}/{script}\""),
             None => "\"./simulate\"".to_owned(),
         };
-        let (solver, about) = match reads_json(assignment) {
-            true => (", \"{solver}\"", "; {solver} is dense or sparse"),
-            false => ("", ""),
+        let (solver, about) = if reads_json(assignment) {
+            (", \"{solver}\"", "; {solver} is dense or sparse")
+        } else {
+            ("", "")
         };
         let assignment = match assignment {
             Some(Assignment { name, .. }) => {

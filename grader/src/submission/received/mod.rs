@@ -122,6 +122,19 @@ impl Located {
     /// # Errors
     /// If it cannot be read or unpacked.
     pub fn of(path: &Path, suite: Option<&Suite>, sandbox: &Sandbox) -> Result<Self, ReceiveError> {
+        let located = Self::outside(path, suite, sandbox)?;
+        match (&located, only_archive(path)?) {
+            (Self::Nothing, Some(archive)) => Self::outside(&archive, suite, sandbox),
+            _ => Ok(located),
+        }
+    }
+
+    /// The same, without looking into an archive that stands among other files.
+    fn outside(
+        path: &Path,
+        suite: Option<&Suite>,
+        sandbox: &Sandbox,
+    ) -> Result<Self, ReceiveError> {
         match Form::of(path)? {
             Form::Folder if super::folder::is_submission(path) => {
                 return Ok(Self::Manifest { folder: path.to_path_buf(), received: None });
@@ -209,6 +222,24 @@ fn archive(path: &Path) -> Result<Option<PathBuf>, ReceiveError> {
         true => Err(ReceiveError::NotUnpacked(unpack::not_an_archive(&file).to_string())),
         false => Ok(None),
     }
+}
+
+/// The only archive among the files of a folder, such as beside a report; `None` for a file.
+///
+/// # Errors
+/// If a file cannot be read.
+pub(crate) fn only_archive(folder: &Path) -> Result<Option<PathBuf>, HandInError> {
+    if Form::of(folder)? != Form::Folder {
+        return Ok(None);
+    }
+    let mut found = None;
+    for file in list_files(folder)? {
+        let path = folder.join(file);
+        if Form::of(&path)? == Form::Archive && found.replace(path).is_some() {
+            return Ok(None);
+        }
+    }
+    Ok(found)
 }
 
 /// The regular files of a hand-in, relative to its folder, by name; without junk.

@@ -81,9 +81,10 @@ pub fn methods(scene: &Scene) -> Vec<Method> {
             continue;
         }
         let with_velocity = scene.forces.iter().any(|force| force.schema.depends_on().velocity);
-        let order = f64::from(match with_velocity {
-            true => integrator.order.with_velocity,
-            false => integrator.order.without_velocity,
+        let order = f64::from(if with_velocity {
+            integrator.order.with_velocity
+        } else {
+            integrator.order.without_velocity
         });
         // A step that ends within a tolerance leaves an error that no shorter step takes away: only the tightest
         // tolerance has an order.

@@ -20,48 +20,40 @@ pub(crate) fn all() -> Vec<Broken> {
             "gravitationalforce",
             "a force twice as large, with the Jacobian that belongs to it",
             &[Property::Force, Property::Gradient, Property::Hessian],
-            |inner, _| Box::new(Scaled { inner, force: 2.0, jacobians: 2.0, energy: 1.0 }),
+            |inner, _| Changed::scaled(inner, [2.0, 2.0, 1.0]),
         ),
         broken(
             "springforce",
             "force and Jacobian off by a millionth",
             &[Property::Force, Property::Gradient, Property::Hessian],
-            |inner, _| {
-                let factor = 1.0 + 1e-6;
-                Box::new(Scaled { inner, force: factor, jacobians: factor, energy: 1.0 })
-            },
+            |inner, _| Changed::scaled(inner, [1.0 + 1e-6, 1.0 + 1e-6, 1.0]),
         ),
         broken(
             "greenspringforce",
             "an energy twice as large",
             &[Property::Gradient, Property::Hessian],
-            |inner, _| Box::new(Scaled { inner, force: 1.0, jacobians: 1.0, energy: 2.0 }),
+            |inner, _| Changed::scaled(inner, [1.0, 1.0, 2.0]),
         ),
         broken(
             "constantforce",
             "an energy of the wrong sign",
             &[Property::Gradient],
-            |inner, _| Box::new(Scaled { inner, force: 1.0, jacobians: 1.0, energy: -1.0 }),
+            |inner, _| Changed::scaled(inner, [1.0, 1.0, -1.0]),
         ),
         broken("vortexforce", "said to be symmetric", &[Property::Symmetry], |inner, _| {
-            Box::new(Claims { inner, claim: symmetric })
+            Changed::claiming(inner, symmetric)
         }),
         broken("springforce", "couplings left out", &[Property::Stencil], |inner, _| {
-            Box::new(Claims { inner, claim: |_| None })
+            Changed::claiming(inner, |_| None)
         }),
         broken(
             "springforce",
             "couplings of a pair said to be of single particles",
             &[Property::Symmetry, Property::Stencil],
             |inner, _| {
-                Box::new(Claims {
-                    inner,
-                    claim: |coupling| match coupling {
-                        Coupling::Stencil { particles, .. } => {
-                            Some(Coupling::Diagonal(particles[0]))
-                        }
-                        other => Some(other),
-                    },
+                Changed::claiming(inner, |coupling| match coupling {
+                    Coupling::Stencil { particles, .. } => Some(Coupling::Diagonal(particles[0])),
+                    other => Some(other),
                 })
             },
         ),
@@ -69,7 +61,10 @@ pub(crate) fn all() -> Vec<Broken> {
             "gravitationalforce",
             "stretched along x, with the Jacobian that belongs to it",
             &[Property::Force, Property::Rotation, Property::Gradient, Property::Hessian],
-            |inner, scene| Box::new(Stretched { inner, dimension: scene.dimension.count() }),
+            |inner, scene| {
+                let stretched = Some(scene.dimension.count());
+                Box::new(Changed { stretched, ..Changed::new(inner) })
+            },
         ),
     ]
 }
@@ -83,70 +78,37 @@ fn symmetric(coupling: Coupling) -> Option<Coupling> {
     }
 }
 
-/// Everything times a factor.
-struct Scaled {
+/// The simulator's force with changes. Space may be stretched along x, by `S = diag(2, 1, …)`: `F' = S F(S x)` has the
+/// Jacobian `S K S`, exactly; its energy stays that of `F`.
+struct Changed {
     inner: Box<dyn Subject>,
-    force: f64,
-    jacobians: f64,
-    energy: f64,
-}
-
-impl Subject for Scaled {
-    fn force(&self, x: &[f64], v: &[f64], time: f64, force: &mut [f64]) -> Result<(), Degenerate> {
-        self.inner.force(x, v, time, force)?;
-        force.iter_mut().for_each(|component| *component *= self.force);
-        Ok(())
-    }
-
-    fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Result<Jacobians, Degenerate> {
-        let mut jacobians = self.inner.jacobians(x, v, time)?;
-        jacobians.by_position *= self.jacobians;
-        jacobians.by_velocity *= self.jacobians;
-        Ok(jacobians)
-    }
-
-    fn energy(&self, x: &[f64], v: &[f64], time: f64) -> Option<f64> {
-        self.inner.energy(x, v, time).map(|energy| energy * self.energy)
-    }
-
-    fn couplings(&self) -> Vec<Coupling> {
-        self.inner.couplings()
-    }
-}
-
-/// A subject that claims other couplings.
-struct Claims {
-    inner: Box<dyn Subject>,
+    /// Factors of the force, its Jacobians and its energy.
+    factors: [f64; 3],
+    /// The couplings that it states in the place of the simulator's.
     claim: fn(Coupling) -> Option<Coupling>,
+    /// Dimension of the stretched space.
+    stretched: Option<usize>,
 }
 
-impl Subject for Claims {
-    fn force(&self, x: &[f64], v: &[f64], time: f64, force: &mut [f64]) -> Result<(), Degenerate> {
-        self.inner.force(x, v, time, force)
+impl Changed {
+    fn new(inner: Box<dyn Subject>) -> Self {
+        Self { inner, factors: [1.0; 3], claim: Some, stretched: None }
     }
 
-    fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Result<Jacobians, Degenerate> {
-        self.inner.jacobians(x, v, time)
+    fn scaled(inner: Box<dyn Subject>, factors: [f64; 3]) -> Box<dyn Subject> {
+        Box::new(Self { factors, ..Self::new(inner) })
     }
 
-    fn energy(&self, x: &[f64], v: &[f64], time: f64) -> Option<f64> {
-        self.inner.energy(x, v, time)
+    fn claiming(
+        inner: Box<dyn Subject>,
+        claim: fn(Coupling) -> Option<Coupling>,
+    ) -> Box<dyn Subject> {
+        Box::new(Self { claim, ..Self::new(inner) })
     }
 
-    fn couplings(&self) -> Vec<Coupling> {
-        self.inner.couplings().into_iter().filter_map(self.claim).collect()
-    }
-}
-
-/// Space is stretched along x, by `S = diag(2, 1, …)`: `F' = S F(S x)` has the Jacobian `S K S`, exactly.
-struct Stretched {
-    inner: Box<dyn Subject>,
-    dimension: usize,
-}
-
-impl Stretched {
     fn factor(&self, place: usize) -> f64 {
-        if place.is_multiple_of(self.dimension) { 2.0 } else { 1.0 }
+        let is_x = self.stretched.is_some_and(|dimension| place.is_multiple_of(dimension));
+        if is_x { 2.0 } else { 1.0 }
     }
 
     fn stretched(&self, values: &[f64]) -> Vec<f64> {
@@ -154,32 +116,33 @@ impl Stretched {
     }
 }
 
-impl Subject for Stretched {
+impl Subject for Changed {
     fn force(&self, x: &[f64], v: &[f64], time: f64, force: &mut [f64]) -> Result<(), Degenerate> {
         self.inner.force(&self.stretched(x), &self.stretched(v), time, force)?;
         force.copy_from_slice(&self.stretched(force));
+        force.iter_mut().for_each(|component| *component *= self.factors[0]);
         Ok(())
     }
 
     fn jacobians(&self, x: &[f64], v: &[f64], time: f64) -> Result<Jacobians, Degenerate> {
         let mut jacobians = self.inner.jacobians(&self.stretched(x), &self.stretched(v), time)?;
+        let size = x.len();
         for matrix in [&mut jacobians.by_position, &mut jacobians.by_velocity] {
-            for row in 0..matrix.nrows() {
-                for column in 0..matrix.ncols() {
-                    matrix[(row, column)] *= self.factor(row) * self.factor(column);
-                }
+            for (row, column) in
+                (0..size).flat_map(|row| (0..size).map(move |column| (row, column)))
+            {
+                matrix[(row, column)] *= self.factors[1] * self.factor(row) * self.factor(column);
             }
         }
         Ok(jacobians)
     }
 
     fn energy(&self, x: &[f64], v: &[f64], time: f64) -> Option<f64> {
-        // This is not the energy of this force.
-        self.inner.energy(x, v, time)
+        self.inner.energy(x, v, time).map(|energy| energy * self.factors[2])
     }
 
     fn couplings(&self) -> Vec<Coupling> {
-        self.inner.couplings()
+        self.inner.couplings().into_iter().filter_map(self.claim).collect()
     }
 }
 

@@ -42,6 +42,22 @@ impl Stepper for Steps {
     }
 }
 
+/// A program that refuses constant forces.
+struct WithoutConstantForce(Steps);
+
+impl Stepper for WithoutConstantForce {
+    fn name(&self) -> Untrusted {
+        self.0.name()
+    }
+
+    fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
+        match scene.forces.iter().any(|element| element.schema.tag == "constantforce") {
+            true => self.0.step(&Scene { forces: Vec::new(), ..scene.clone() }, "no-method"),
+            false => self.0.step(scene, integrator),
+        }
+    }
+}
+
 /// `force: finding` of all findings with this verdict.
 fn with(probing: &Probing, verdict: Verdict) -> Vec<(&'static str, &'static str)> {
     let all = probing.parts.iter().flat_map(|part| {
@@ -87,6 +103,24 @@ fn assert_wrong(mistakes: &[Mistake], may_be: fn(&Mistake, &str, &str) -> bool) 
     assert!(!mistakes.is_empty());
     let escaped: Vec<String> = mistakes.par_iter().filter_map(escapes).collect();
     assert!(escaped.is_empty(), "{}", escaped.join("\n"));
+}
+
+#[test]
+fn blocks_are_not_called_correct_where_steps_move_along_lines_only() {
+    let is_of = |mistake: &&Mistake, subject: &str| {
+        mistake.subject == subject && mistake.description == "missing"
+    };
+    let mut student = Student::faultless();
+    for subject in ["spring, elastic force, ∂F/∂x", "spring, damping, ∂F/∂x"] {
+        let all = in_jacobians();
+        all.iter().find(|mistake| is_of(mistake, subject)).expect(subject).plant(&mut student);
+    }
+    // Without a spring's Jacobians, steps under its force alone leave each pair on its line, and no constant force moves it off.
+    let probing = probe(&WithoutConstantForce(Steps(student)), |tag, _| tag == "springforce");
+    let correct = with(&probing, Verdict::Correct);
+    let of_blocks: Vec<_> = correct.iter().filter(|(_, name)| name.starts_with("dF")).collect();
+    assert_eq!(of_blocks, [] as [&(&str, &str); 0], "{correct:?}");
+    assert!(!with(&probing, Verdict::Wrong).is_empty());
 }
 
 fn blames_its_jacobian(mistake: &Mistake, force: &str, name: &str) -> bool {

@@ -143,9 +143,12 @@ fn draw(area: &Area<'_>, scene: &SceneStudy) -> Drawn {
         .x_label_formatter(&|exponent| {
             decade(*exponent, |value| time(value).replace(".00", "").replace(".0", ""))
         })
-        .y_label_formatter(&|exponent| match *exponent > top + 1e-9 {
-            true => String::new(),
-            false => decade(*exponent, |value| format!("{value:.0e}")),
+        .y_label_formatter(&|exponent| {
+            if *exponent > top + 1e-9 {
+                String::new()
+            } else {
+                decade(*exponent, |value| format!("{value:.0e}"))
+            }
         })
         .x_desc("time of a run (s, the least of several), logarithmic")
         .y_desc("largest position error (m), logarithmic")
@@ -356,12 +359,11 @@ fn shifted<'a>(look: Style, x: i32) -> Marker<'a> {
     let style = if look.open { thin } else { look.color.filled() };
     let polygon = |corners: &[(i32, i32)]| -> Marker<'a> {
         let corners: Vec<(i32, i32)> = corners.iter().map(|(dx, dy)| (x + dx, *dy)).collect();
-        match look.open {
-            false => Polygon::new(corners, style).into_dyn(),
-            true => {
-                let closed = [corners.clone(), vec![corners[0]]].concat();
-                PathElement::new(closed, thin).into_dyn()
-            }
+        if look.open {
+            let closed = [corners.clone(), vec![corners[0]]].concat();
+            PathElement::new(closed, thin).into_dyn()
+        } else {
+            Polygon::new(corners, style).into_dyn()
         }
     };
     match look.marker {

@@ -74,9 +74,10 @@ fn write_trials(out: &mut dyn Write, trials: &[&Trial]) -> io::Result<()> {
         if let Outcome::Wrong { check, excess } = &trial.outcome {
             remark = format!("{check}: {excess:.1e} times what is allowed");
         }
-        let method = match trial.robust {
-            true => format!("{} --robust", trial.method),
-            false => trial.method.to_owned(),
+        let method = if trial.robust {
+            format!("{} --robust", trial.method)
+        } else {
+            trial.method.to_owned()
         };
         rows.push(vec![
             Cell::left(method),

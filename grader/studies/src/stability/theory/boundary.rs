@@ -68,9 +68,10 @@ impl Boundary {
 
 /// The boundaries of oscillators and chains, for every method that supports them.
 pub fn boundaries(quick: bool) -> Vec<Boundary> {
-    let zetas: &[f64] = match quick {
-        true => &[0.0, 0.1, 1.0, 3.0],
-        false => &[0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.9, 1.0, 1.5, 3.0, 10.0, 100.0],
+    let zetas: &[f64] = if quick {
+        &[0.0, 0.1, 1.0, 3.0]
+    } else {
+        &[0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.9, 1.0, 1.5, 3.0, 10.0, 100.0]
     };
     let mut scenes: Vec<Linear> = zetas.iter().map(|zeta| Linear::oscillator(*zeta)).collect();
     let chains = if quick { &zetas[..2] } else { zetas };

@@ -114,9 +114,10 @@ impl Linear {
             let mut shifted = start.clone();
             let State { positions, velocities, .. } = &mut shifted[column / size];
             let place = 2 * free[column % free.len()];
-            match column % size < free.len() {
-                true => positions[place] += SHIFT,
-                false => velocities[place] += SHIFT * self.omega,
+            if column % size < free.len() {
+                positions[place] += SHIFT
+            } else {
+                velocities[place] += SHIFT * self.omega
             }
             for (row, (moved, rest)) in after(&shifted)?.iter().zip(&rest).enumerate() {
                 matrix[(row, column)] = (moved - rest) / SHIFT;

@@ -324,7 +324,7 @@ fn read_hidden(
 
 impl PackArgs {
     /// The folder of the starter code of a pack.
-    fn starter(&self) -> Result<Option<&Path>, Stop> {
+    pub(super) fn starter(&self) -> Result<Option<&Path>, Stop> {
         match self.starter.as_slice() {
             [] => Ok(None),
             [folder] => Ok(Some(folder)),

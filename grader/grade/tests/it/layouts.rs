@@ -47,7 +47,7 @@ fn bytes(text: &str) -> Vec<u8> {
     }
 }
 
-fn zipped(files: Vec<PackageFile>) -> Vec<u8> {
+pub(crate) fn zipped(files: Vec<PackageFile>) -> Vec<u8> {
     let mut bytes = Vec::new();
     archive::write(&mut bytes, &files).unwrap();
     bytes

@@ -415,6 +415,9 @@ fn classroom_50_gets_whole_points_and_whose_they_are() {
         ("GITHUB_STEP_SUMMARY", &*summary),
     ];
     let script = "course/autograders/free/autograder.py";
+    // Nothing is written through a student's link.
+    project.write("another", "stays");
+    std::os::unix::fs::symlink("../another", project.path("mine/result.json")).unwrap();
     let (code, said) = python(&project, "mine", script, &variables);
     assert_eq!(code, Some(0), "{said}");
     let result: Value = serde_json::from_str(&project.read("mine/result.json")).unwrap();
@@ -423,6 +426,7 @@ fn classroom_50_gets_whole_points_and_whose_they_are() {
     let parts =
         result["tests"].as_array().unwrap().iter().map(|test| test["score"].as_u64().unwrap());
     assert_eq!(parts.sum::<u64>(), 150);
+    assert_eq!(project.read("another"), "stays");
     assert_eq!(result["tests"][0]["passed"], false);
     for (name, value) in [
         ("schema", "classroom50/result/v1"),

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use platforms::package::PackageFile;
 use test_support::root;
 
 use crate::class::Project;
@@ -50,6 +51,33 @@ fn pairs_that_share_code_are_listed_and_nothing_is_run() {
     assert!(run.code == 2 && run.stderr.contains("--similar"), "{}", run.stderr);
     let run = project.grade(&["class", "class"]);
     assert!(run.code == 2 && run.stderr.contains("--output"), "{}", run.stderr);
+}
+
+/// Sources in archives, and those that another source includes, are compared; a pack's starter code does not count.
+#[test]
+fn archives_and_included_files_are_compared() {
+    let project = Project::new();
+    let original = fs::read_to_string(root().join(STUDENT)).unwrap();
+    project.write("class/ada/FOSSSim/one.cpp", &original);
+    project.write("class/eve/main.cpp", "#include \"parts/code.txt\"\n");
+    project.write("class/eve/parts/code.txt", &original);
+    let zip = PackageFile::data("hw/one.cpp", original.clone().into_bytes());
+    let zip = crate::layouts::zipped(vec![zip]);
+    project.write("class/zipped/report.txt", "my report");
+    fs::write(project.path("class/zipped/hw.zip"), &zip).unwrap();
+    fs::write(project.path("class/hw.zip"), &zip).unwrap();
+    let run = project.grade(&["class", "class", "--similar", "--root", "."]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("  6  ") && !run.stdout.contains("  7  "), "{}", run.stdout);
+    assert!(!run.stdout.contains("not compared"), "{}", run.stdout);
+
+    let manifest = "title = \"t\"\n[hand-in]\nfiles = [\"FOSSSim/*.cpp\"]\n[starter]\nfolder = \"start\"\n[run]\n\
+                    command = [\"./a\", \"{scene}\", \"{trace}\"]\n";
+    project.write("pack/pack.toml", manifest);
+    project.write("pack/start/FOSSSim/one.cpp", &original);
+    let run = project.grade(&["class", "class", "--similar", "--pack", "pack", "--root", "."]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("no pair shares 20 % of the tokens"), "{}", run.stdout);
 }
 
 #[test]

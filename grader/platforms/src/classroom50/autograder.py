@@ -14,14 +14,14 @@ from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
 GRADE = FOLDER / "grade"
-POINTS = Path(tempfile.mkdtemp()) / "points.json"
-
-# Whatever the repository has in the place of the result: a result of its own, a link, or a folder.
+SCRATCH = Path(tempfile.mkdtemp())
+POINTS = SCRATCH / "points.json"
 RESULT = Path("result.json")
+
+# A student's own, which may be a link or a folder.
 if RESULT.is_dir() and not RESULT.is_symlink():
     shutil.rmtree(RESULT)
 RESULT.unlink(missing_ok=True)
-
 GRADE.chmod(0o755)
 reports = ["--report", "text", "--report", "github", "--report", f"classroom50={POINTS}"]
 ended = subprocess.run(
@@ -45,6 +45,5 @@ result = {
     # The runner puts the time of the commit in its place.
     "datetime": now,
 } | json.loads(POINTS.read_text())
-written = POINTS.with_name("result.json")
-written.write_text(json.dumps(result, indent=2))
-shutil.move(written, RESULT)
+RESULT.write_text(json.dumps(result, indent=2))
+shutil.rmtree(SCRATCH)

@@ -10,7 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-# Before any folder of the student's. It runs as `python3 -I`, which leaves those out.
+# Before packages that a student may have installed.
 sys.path.insert(0, "/usr/share/codio/assessments")
 from lib.grade import FORMAT_V2_TXT, send_grade_v2  # noqa: E402
 

@@ -76,6 +76,9 @@ const MAX_FILE: u64 = Door::Source.facts().limit.bytes();
 /// Maximum size of all sources of a hand-in that are read, in bytes.
 const MAX_SOURCES: u64 = 4 << 20;
 
+/// Extensions of files that hold scenes, traces and text, and no code.
+const DATA: [&str; 6] = ["xml", "json", "csv", "obj", "bin", "md"];
+
 /// The tokens of a hand-in.
 pub struct Sources {
     name: String,
@@ -169,34 +172,59 @@ impl Sources {
         self.tokens.is_empty()
     }
 
-    /// Reads the sources of a hand-in: of regular files with an extension of a known language.
+    /// Reads the sources of a hand-in: of regular files with an extension of a known language, and of files whose name stands in
+    /// one of those, as in `#include "code.txt"`.
     ///
     /// # Errors
     /// If the hand-in cannot be read, or exceeds a limit.
     pub fn read(name: &str, path: &Path) -> Result<Self, HandInError> {
         let mut sources = Self::new(name);
         let mut left = MAX_SOURCES;
+        // The last parts of paths in strings, each with the language that it stands in.
+        let mut named: HashMap<String, &'static Language> = HashMap::new();
+        sources.walk((path, &mut left), &tokens::language, &mut |text, language| {
+            for string in text.split(['"', '\'']).filter(|string| string.len() < 256) {
+                let file = string.rsplit(['/', '\\']).next().unwrap_or(string);
+                named.entry(file.to_owned()).or_insert(language);
+            }
+        })?;
+        let is_code = |file: &str| !file.rsplit('.').next().is_some_and(|it| DATA.contains(&it));
+        let others = |file: &str| {
+            named.get(file).copied().filter(|_| tokens::language(file).is_none() && is_code(file))
+        };
+        sources.walk((path, &mut left), &others, &mut |_, _| {})?;
+        Ok(sources)
+    }
+
+    /// Adds the files for which there is a language; `left` bytes may be read.
+    fn walk(
+        &mut self,
+        (path, left): (&Path, &mut u64),
+        language_of: &dyn Fn(&str) -> Option<&'static Language>,
+        seen: &mut dyn FnMut(&str, &'static Language),
+    ) -> Result<(), HandInError> {
         HandIn::open(path)?.walk(&mut |step| {
             let WalkStep::File(node) = step else { return Ok(()) };
             let file = node.name.to_string_lossy();
             // The Mac's copies of a file's attributes.
-            let language = tokens::language(&file).filter(|_| !file.starts_with("._"));
+            let language = language_of(&file).filter(|_| !file.starts_with("._"));
             let Some(language) = language else { return Ok(()) };
-            if node.size() > MAX_FILE.min(left) {
-                sources.unread += 1;
+            if node.size() > MAX_FILE.min(*left) {
+                self.unread += 1;
                 return Ok(());
             }
-            left -= node.size();
+            *left -= node.size();
             let text = node.read()?;
+            let text = String::from_utf8_lossy(&text);
             let shown = if node.path.is_empty() {
                 printed::path(file.as_bytes())
             } else {
                 printed::path(node.path)
             };
-            sources.add(shown, &String::from_utf8_lossy(&text), language);
+            seen(&text, language);
+            self.add(shown, &text, language);
             Ok(())
-        })?;
-        Ok(sources)
+        })
     }
 
     /// Sources in memory: the path and text of each file. Files of unknown languages do not count.

@@ -21,6 +21,8 @@ pub(super) struct Language {
     /// How strings begin and end; longer ones first.
     strings: &'static [Quote],
     raw: Option<Raw>,
+    /// Whether `/` may begin a regular expression.
+    has_regex: bool,
     /// First words of lines that name libraries.
     imports: &'static [&'static str],
 }
@@ -58,6 +60,7 @@ const C: Language = Language {
     nests: false,
     strings: &[line("\""), line("'")],
     raw: None,
+    has_regex: false,
     imports: &["#include"],
 };
 
@@ -65,7 +68,10 @@ const C: Language = Language {
 const LANGUAGES: [Language; 6] = [
     C,
     Language {
-        extensions: &["cpp", "cc", "cxx", "h", "hh", "hpp", "hxx", "inl", "ipp"],
+        extensions: &[
+            "cpp", "cc", "cxx", "c++", "h", "hh", "hpp", "hxx", "h++", "inl", "ipp", "tpp", "tcc",
+            "txx", "inc", "cu", "cuh",
+        ],
         raw: Some(Raw::Cpp),
         imports: &["#include", "using"],
         ..C
@@ -89,6 +95,7 @@ const LANGUAGES: [Language; 6] = [
     Language {
         extensions: &["js", "mjs", "cjs"],
         strings: &[lines("`"), line("\""), line("'")],
+        has_regex: true,
         imports: &["import"],
         ..C
     },
@@ -131,7 +138,7 @@ pub(super) fn language(name: &str) -> Option<&'static Language> {
 
 /// The tokens of a source, whatever it contains; linear in its length.
 pub(super) fn tokens(text: &str, language: &Language) -> Vec<Token> {
-    let mut reader = Reader { rest: text, line: 1, begins_line: true };
+    let mut reader = Reader { rest: text, line: 1, begins_line: true, last: None };
     let mut tokens = Vec::new();
     while let Some(character) = reader.rest.chars().next() {
         let line = reader.line;
@@ -139,6 +146,7 @@ pub(super) fn tokens(text: &str, language: &Language) -> Vec<Token> {
         let kind = reader.next(character, language);
         if let Some(kind) = kind {
             tokens.push(Token { kind, line });
+            reader.last = Some(kind);
         }
         reader.begins_line = kind.is_none() && (begins_line || reader.line > line);
     }
@@ -151,6 +159,8 @@ struct Reader<'a> {
     line: u32,
     /// Whether only space precedes it in its line.
     begins_line: bool,
+    /// The token before it.
+    last: Option<u32>,
 }
 
 impl Reader<'_> {
@@ -185,6 +195,13 @@ impl Reader<'_> {
         if let Some(quote) = language.strings.iter().find(|quote| self.rest.starts_with(quote.mark))
         {
             self.skip(quote.length(self.rest));
+            return Some(STRING);
+        }
+        if language.has_regex
+            && !self.last.is_some_and(ends_value)
+            && let Some(length) = regex_length(self.rest)
+        {
+            self.skip(length);
             return Some(STRING);
         }
         if character.is_ascii_digit() {
@@ -276,6 +293,28 @@ impl Raw {
     }
 }
 
+/// Whether a token may be the end of a value, after which `/` divides.
+fn ends_value(kind: u32) -> bool {
+    [NAME, NUMBER, STRING].contains(&kind) || [')', ']', '}'].map(u32::from).contains(&kind)
+}
+
+/// The length of the regular expression that a text begins with, if it begins with one that ends in its line.
+fn regex_length(text: &str) -> Option<usize> {
+    let line = text.strip_prefix('/')?.split('\n').next()?;
+    let (mut in_class, mut is_escaped) = (false, false);
+    for (at, character) in line.char_indices() {
+        match character {
+            _ if is_escaped => is_escaped = false,
+            '\\' => is_escaped = true,
+            '[' => in_class = true,
+            ']' => in_class = false,
+            '/' if !in_class => return Some(1 + at + 1),
+            _ => {}
+        }
+    }
+    None
+}
+
 fn is_of_word(character: char) -> bool {
     character.is_alphanumeric() || character == '_' || character == '$'
 }
@@ -348,6 +387,8 @@ mod tests {
             ("a.py", "import a # b\nx = '''c\n# d''' + \"#e\" # f\ng", "W = S + S W"),
             ("a.py", "def f(x):\n    return x[1:2] // 3", "def W ( W ) : return W [ N : N ] / / N"),
             ("a.js", "import a;\nlet b = `c // ${d}` // e", "W W = S"),
+            ("a.js", "a(/[/*]\\/\"/g) / b / c", "W ( S W ) / W / W"),
+            ("a.tpp", "#include \"b\"\nc", "W"),
             (
                 "a.java",
                 "package a;\nString b = \"\"\"\n \"c\" \"\"\"; new D()",

@@ -228,7 +228,7 @@ fn archive(path: &Path) -> Result<Option<PathBuf>, ReceiveError> {
 ///
 /// # Errors
 /// If a file cannot be read.
-pub(crate) fn only_archive(folder: &Path) -> Result<Option<PathBuf>, HandInError> {
+pub fn only_archive(folder: &Path) -> Result<Option<PathBuf>, HandInError> {
     if Form::of(folder)? != Form::Folder {
         return Ok(None);
     }

@@ -1,21 +1,26 @@
 //! `grade class DIR --similar`: lists what the sources of hand-ins share. Runs nothing.
 
 use std::fs;
+use std::path::Path;
+use std::sync::LazyLock;
 
 use grader::class::entry::{self, ClassEntry};
 use grader::class::similar::{self, Config, Sources};
+use grader::submission::hand_in::HandInError;
 use grader::submission::init::{Language, Skeleton};
+use grader::submission::received::{Form, Received, only_archive};
 use grader::suite::assignment::Assignment;
 use rayon::prelude::*;
+use sandbox::Sandbox;
 
 use super::arrange::ClassFiles;
 use super::setting::refuse_inside;
 use super::{ClassPlace, real, save};
 use crate::args::{RootArgs, SuiteArgs};
-
 use crate::inputs::assignments_below;
 use crate::output::print;
 use crate::stop::{Exit, Stop};
+use crate::submission::strongest;
 
 pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
     if let Some(output) = &args.output {
@@ -26,10 +31,18 @@ pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
     let files = ClassFiles::open(&args.folder, false)?;
     let arranged = files.arrange(&args.folder, &own, args.layout, None)?;
     let folder = if arranged.is_some() { &own } else { &args.folder };
-    let (entries, mut passed_over) = entry::list(folder, false).map_err(Stop::about(folder))?;
+    let pack = suite.pack.pack.as_deref();
+    let (entries, mut passed_over) =
+        entry::list(folder, pack.is_some()).map_err(Stop::about(folder))?;
     passed_over.extend(arranged.into_iter().flat_map(|arranged| arranged.passed_over));
     let mut starter = skeletons(&suite.root);
-    for folder in &suite.pack.starter {
+    if let Some(named) = pack {
+        let pack = suite.root.pack(named, suite.pack.starter()?)?;
+        let start = scratch.path().join("start");
+        pack.start(&start).map_err(Stop::fault)?;
+        starter.push(Sources::read("starter code", &start).map_err(Stop::about(named))?);
+    }
+    for folder in suite.pack.starter.iter().filter(|_| pack.is_none()) {
         // Links are followed in what the caller names, and in nothing that is in it.
         let place = real(folder)?;
         let sources = Sources::read("starter code", &place).map_err(Stop::about(folder))?;
@@ -39,10 +52,11 @@ pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
         }
         starter.push(sources);
     }
+    let sandbox = LazyLock::new(strongest as fn() -> _);
     let read: Vec<_> = entries
         .par_iter()
         .map(|ClassEntry { name, path, .. }| {
-            Sources::read(name, path).map_err(|error| (name.clone(), error.to_string()))
+            sources(name, path, &sandbox).map_err(|error| (name.clone(), error))
         })
         .collect();
     let (read, unreadable): (Vec<_>, Vec<_>) = read.into_iter().partition(Result::is_ok);
@@ -62,6 +76,24 @@ pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
     }
     print(&text)?;
     Ok(Exit::Passed)
+}
+
+/// The sources of a hand-in: of an archive, or of the only archive of a folder without sources, those in it.
+fn sources(
+    name: &str,
+    path: &Path,
+    sandbox: &LazyLock<Result<Sandbox, String>>,
+) -> Result<Sources, String> {
+    let said = |error: HandInError| error.to_string();
+    let outside = Sources::read(name, path).map_err(said)?;
+    let archive = match Form::of(path).map_err(said)? {
+        Form::Archive => Some(path.to_path_buf()),
+        _ => only_archive(path).map_err(said)?,
+    };
+    let Some(archive) = archive.filter(|_| outside.is_empty()) else { return Ok(outside) };
+    let sandbox = sandbox.as_ref().map_err(Clone::clone)?;
+    let received = Received::open(&archive, sandbox).map_err(|error| error.to_string())?;
+    Sources::read(name, received.folder()).map_err(said)
 }
 
 /// The files that `grade init` writes, in every language, for every known assignment.

@@ -298,8 +298,10 @@ fn run_build(
     if let Err(reason) = outcome.kept {
         return Ok(Err(Failure::BuildFailed(BuildFailure::NotKept(reason))));
     }
-    // The unbuilt copy is removed with the scratch folder that contains both.
-    fs::rename(home, home.with_file_name("unbuilt"))
+    // The copies before the builds are removed with the scratch folder that contains all.
+    let unbuilt = (0..).map(|number| home.with_file_name(format!("unbuilt{number}")));
+    let unbuilt = unbuilt.into_iter().find(|path| !path.exists()).unwrap_or_default();
+    fs::rename(home, unbuilt)
         .and_then(|()| fs::rename(&built, home))
         .map_err(SandboxError::no_scratch)?;
     Ok(Ok(()))

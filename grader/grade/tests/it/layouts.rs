@@ -619,6 +619,43 @@ fn metadata_of_gradescope_come_through_a_door() {
     assert!(message().contains("is larger than 512 MiB\n  help: "), "{}", message());
 }
 
+/// A file that a student may have written neither decides about the class nor is parsed.
+#[test]
+fn a_hand_in_called_as_metadata_is_no_export() {
+    for is_folder in [false, true] {
+        let project = Project::new();
+        make(&project, &FLAT[..2]);
+        let path = project.path("class/submission_metadata.yml");
+        if is_folder {
+            fs::create_dir(path).unwrap();
+        } else {
+            fs::write(path, [0xff]).unwrap();
+        }
+        let run = project.class(&[]);
+        let csv = project.read("out/summary.csv");
+        assert!(
+            csv.contains("\nada,passed,") && csv.contains("\nbob,passed,"),
+            "{csv}{}",
+            run.stderr
+        );
+        assert!(run.stdout.contains("submission_metadata.yml: "), "{}", run.stdout);
+    }
+}
+
+/// Names that differ on a platform may become the same.
+#[test]
+fn two_uploads_of_one_name_end_no_class() {
+    let project = Project::new();
+    make(&project, &CANVAS[..1]);
+    for (number, name) in ["sim", "sim ", "a\\b", "a_b"].iter().enumerate() {
+        fs::write(project.path(&format!("class/mal_1009_{number}_{name}")), "x").unwrap();
+    }
+    let run = project.class(&[]);
+    let names = |folder: &str| fs::read_dir(project.path(folder)).unwrap().count();
+    assert_eq!(names("out/hand-ins/mal_1009"), 4, "{}", run.stderr);
+    assert!(project.read("out/summary.csv").contains(",passed,"), "{}", run.stdout);
+}
+
 #[test]
 fn downloads_of_moodle() {
     check(MOODLE, "hand-ins: Moodle's download, 7 students", &[]);

@@ -726,6 +726,13 @@ fn class_on_the_starter_code_lands_where_it_should() {
         "\"{scene}\", \"{trace}\"",
     );
     edit(&folder, "format = \"fosssim\"", "format = \"csv\"");
+    // Commands see what those before them wrote.
+    edit(
+        &folder,
+        "commands = [[",
+        "commands = [[\"mv\", \"headless.c\", \"gl.c\"], [\"mv\", \"gl.c\", \"gl2.c\"], [",
+    );
+    edit(&folder, "-x c headless.c", "-x c gl2.c");
     python(&here, CLASS);
 
     let run = grade(

@@ -2,7 +2,7 @@
 //!
 //! Files are copied by the walk of untrusted hand-ins, which follows no link. The arranged folder appears whole, by renaming.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -119,9 +119,13 @@ fn copy(
     if !parts.iter().any(|part| part.to.is_empty()) {
         fs::create_dir(to).map_err(failed)?;
     }
+    let mut names = BTreeSet::new();
     for part in parts {
         let from = folder.join(&part.from);
-        let to = if part.to.is_empty() { to.to_path_buf() } else { to.join(&part.to) };
+        let to = match &*part.to {
+            "" => to.to_path_buf(),
+            name => to.join(free_name(name, &mut names)),
+        };
         let copied = hand_in::last_changed(&from).and_then(|changed| {
             HandIn::open(&from)?.copy_to(&to)?;
             Ok(changed)
@@ -140,6 +144,13 @@ fn copy(
         facts.from.push(part.from.to_string_lossy().into_owned());
     }
     Ok(Ok(facts))
+}
+
+/// The name, or with a number behind it if a file of the hand-in already has it: names that differ may become the same.
+fn free_name(name: &str, taken: &mut BTreeSet<String>) -> String {
+    let numbered = (2..).map(|number| format!("{name} ({number})"));
+    let mut names = std::iter::once(name.to_owned()).chain(numbered);
+    names.find(|name| taken.insert(name.to_lowercase())).unwrap_or_default()
 }
 
 /// The hand-ins, each with a name of its own: those of its students in the roster, else that of the platform, else its own in

@@ -6,10 +6,10 @@
 use super::arrange::Person;
 use super::{ClassFolder, FolderEntry, HandInParts, Reading};
 
-pub(super) fn read(folder: &ClassFolder, is_certain: bool) -> Reading {
+pub(super) fn read(folder: &ClassFolder, is_named: bool) -> Reading {
     let is_clone = |entry: &&FolderEntry| {
         let git = || folder.path.join(&entry.file_name).join(".git");
-        entry.is_folder && (!is_certain || git().symlink_metadata().is_ok())
+        entry.is_folder && (is_named || git().symlink_metadata().is_ok())
     };
     let (clones, others): (Vec<_>, Vec<_>) = folder.entries.iter().partition(is_clone);
     let names: Vec<&str> = clones.iter().map(|entry| &*entry.name).collect();

@@ -28,14 +28,19 @@ const METADATA: &str = "submission_metadata.yml";
 /// Maximum depth of tables and lists in each other.
 const MAX_DEPTH: usize = 100;
 
-pub(super) fn read(folder: &ClassFolder) -> Result<Reading, LayoutError> {
+/// Reads the folder. Unless a person named the layout, the metadata are read only if most entries fit: else a student may
+/// have written them.
+pub(super) fn read(folder: &ClassFolder, is_named: bool) -> Result<Reading, LayoutError> {
     let is_submission = |entry: &&FolderEntry| {
         let number = entry.name.strip_prefix("submission_").filter(|_| entry.is_folder);
         number.is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_digit()))
     };
-    let is_metadata = |entry: &&FolderEntry| entry.name == METADATA;
+    let is_metadata = |entry: &&FolderEntry| entry.name == METADATA && !entry.is_folder;
+    let n_submissions = folder.entries.iter().filter(is_submission).count();
+    let n_metadata = folder.entries.iter().filter(is_metadata).count();
+    let fits = 2 * n_submissions + n_metadata > folder.entries.len();
     let mut known = BTreeMap::new();
-    if folder.entries.iter().any(|entry| is_metadata(&entry)) {
+    if n_metadata > 0 && (fits || is_named) {
         let path = folder.path.join(METADATA);
         let text = Door::Export
             .text(&path)

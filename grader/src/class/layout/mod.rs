@@ -168,14 +168,14 @@ impl Layout {
         }
     }
 
-    /// Reads a folder in this layout. Only folders of GitHub that are `certain` are clones.
-    fn read(self, folder: &ClassFolder, is_certain: bool) -> Result<Reading, LayoutError> {
+    /// Reads a folder in this layout, which a person named, or which is to be recognised.
+    fn read(self, folder: &ClassFolder, is_named: bool) -> Result<Reading, LayoutError> {
         let mut reading = match self {
             Self::Flat => Reading { hand_ins: folder.each(), rest: Vec::new() },
             Self::Canvas => canvas::read(folder),
-            Self::Gradescope => gradescope::read(folder)?,
+            Self::Gradescope => gradescope::read(folder, is_named)?,
             Self::Moodle => moodle::read(folder),
-            Self::Github => github::read(folder, is_certain),
+            Self::Github => github::read(folder, is_named),
         };
         reading.rest.extend(folder.refused.iter().cloned());
         Ok(reading)
@@ -214,7 +214,7 @@ impl ClassFolder {
     /// Reads the folder in the layout that most entries fit.
     fn recognise(&self) -> Result<(Layout, Reading), LayoutError> {
         for layout in Layout::ALL {
-            let reading = layout.read(self, true)?;
+            let reading = layout.read(self, false)?;
             let fitting: usize = reading.hand_ins.iter().map(|found| found.parts.len()).sum();
             let is_entry = |name: &str| self.entries.iter().any(|entry| entry.name == name);
             let others = reading.rest.iter().filter(|other| is_entry(&other.name)).count();
@@ -222,7 +222,7 @@ impl ClassFolder {
                 return Ok((layout, reading));
             }
         }
-        Ok((Layout::Flat, Layout::Flat.read(self, true)?))
+        Ok((Layout::Flat, Layout::Flat.read(self, false)?))
     }
 }
 
@@ -258,7 +258,7 @@ fn read(
     };
     if let Some(layout) = named {
         for folder in [Some(outer), inner].into_iter().flatten() {
-            let reading = layout.read(&folder, false)?;
+            let reading = layout.read(&folder, true)?;
             if !reading.hand_ins.is_empty() {
                 return Ok((folder, layout, reading));
             }

@@ -1,9 +1,11 @@
 //! `grade oracle generate-hidden`: draws a sibling of each public scene, with its trace.
 
 use std::fmt::Write as _;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use grader::boundary::seal::Seal;
 use grader::oracle::folder;
 use grader::suite::assignment::Assignment;
 use grader::suite::{Case, Section};
@@ -21,9 +23,10 @@ use crate::stop::{Exit, Stop};
 #[derive(Args)]
 #[command(after_help = "\
 Examples:
-  grade oracle generate-hidden --assignment t1m3 --seed 20260201 -o hidden
+  grade oracle generate-hidden --assignment t1m3 -o hidden
 
-Anyone who knows the seed can draw the same scenes: keep it as secret as the folder. Exit codes: 0 all scenes have a sibling, \
+Anyone who knows or guesses the seed can draw the same scenes, and a report tells whether a guess is right, by their hash: leave \
+it out, and keep the folder. Exit codes: 0 all scenes have a sibling, \
 2 bad usage or input, or a scene has none; nothing is written then.")]
 pub(crate) struct HiddenArgs {
     /// Only these scenes: a name, a group, an integrator, a pattern with * and ?, or a part of names [default: all]
@@ -34,9 +37,9 @@ pub(crate) struct HiddenArgs {
     #[arg(long, value_name = "NAME")]
     assignment: Option<String>,
 
-    /// Seed of the numbers: the same seed draws the same bytes
+    /// Seed of the numbers: the same seed draws the same bytes [default: random]
     #[arg(long, value_name = "NUMBER")]
-    seed: u64,
+    seed: Option<u64>,
 
     /// Write to this folder, which must not exist
     #[arg(short, long, value_name = "DIR")]
@@ -52,8 +55,10 @@ impl HiddenArgs {
         folder::check_free(&self.output).map_err(Stop::bad_input)?;
         let cases = self.chosen()?;
         let mistakes = mistake::all();
+        let seed = self.seed.map_or_else(|| Ok(Seal::unkept()?.secret().0), io::Result::Ok);
+        let seed = seed.map_err(Stop::fault)?;
         let found: Vec<Result<Sibling, NoSibling>> =
-            cases.par_iter().map(|case| find(case, self.seed, &mistakes)).collect();
+            cases.par_iter().map(|case| find(case, seed, &mistakes)).collect();
         let missing: Vec<String> = found
             .iter()
             .filter_map(|found| found.as_ref().err())

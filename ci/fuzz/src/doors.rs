@@ -1,4 +1,4 @@
-//! What must hold of any bytes that a student hands to the grader: a parser takes or refuses them, and what is shown of
+//! Properties of any bytes that a student hands to the grader: a parser takes or refuses them, and what is shown of
 //! them steers no terminal.
 //!
 //! The fuzzers call these, and `grader/grade/tests/it/doors.rs` does with the inputs of `ci/fuzz/src/seeds.rs`.

@@ -88,7 +88,7 @@ impl Stage {
     }
 }
 
-/// What stages are made of, in somebody's arithmetic. Slices hold `n·D` numbers.
+/// Operations of stages, in one arithmetic. Slices hold `n·D` numbers.
 pub trait Arithmetic {
     /// The force at a state, at this time after the start of the step.
     fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64>;

@@ -7,7 +7,7 @@
 //! Reference       scene -> states      whether the sibling is as well-posed as the original
 //! ```
 //!
-//! What a scene tests is in its structure, which stays: the elements, who is joined to whom, what is zero or left out,
+//! The structure of a scene decides its test, and stays: the elements, who is joined to whom, what is zero or left out,
 //! which values are equal to each other, and options. Turning all vectors and scaling all lengths preserves the motion
 //! of every force that does not depend on place or direction; all other changes are factors near 1. Whether the
 //! sibling catches the mistakes that the original catches is for the caller to check: the mistakes are in another crate.

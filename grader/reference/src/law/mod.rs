@@ -129,7 +129,7 @@ impl Term {
     }
 }
 
-/// What a law is a function of. The functions take the parameters of an element in the order of [`Law::parameters`].
+/// Arguments of a law. The functions take the parameters of an element in the order of [`Law::parameters`].
 enum Form {
     /// The force on `i` as a function of `d = x_i − x_j` and `w = v_i − v_j`; the force on `j` is its negative.
     Pair {
@@ -281,7 +281,7 @@ impl<'a> Expectation<'a> {
         Self { law, scene, stencils, starts }
     }
 
-    /// What the law is evaluated on, in the order of the elements.
+    /// The stencils of the law, in the order of the elements.
     pub fn stencils(&self) -> &[Stencil<'a>] {
         &self.stencils
     }

@@ -95,7 +95,7 @@ pub struct Second {
     random: fastrand::Rng,
 }
 
-/// What is stepped.
+/// The method that is stepped.
 #[derive(Clone, Copy)]
 enum Stepping {
     Explicit(&'static [Substep]),
@@ -397,7 +397,7 @@ impl Second {
             };
             let masses = [i, j].map(|particle| self.scene.particles[particle].mass);
             let pair = Pair { masses, d: difference(x), w: difference(v) };
-            // What there is but one way to evaluate is the law's.
+            // A force with one way to evaluate it is the law's.
             let on_i = arithmetic
                 .on_pair(element, &pair)
                 .unwrap_or_else(|| vector(&self.by_law(element, x, v, time), i));

@@ -4,7 +4,7 @@
 //! h_k = T/(8·2^k)        k = 0, 1, …        T: the duration
 //! ```
 //!
-//! Whatever time step a scene has, its ladder starts with so few steps that even a method of order 5 has errors far above
+//! For any time step of a scene, its ladder starts with so few steps that even a method of order 5 has errors far above
 //! rounding, and stops where shorter steps only show rounding ([`super::AccuracyConfig`] sets the limits). In between is
 //! the range where the error is proportional to a power of the step ([`super::order`] finds it). The first steps may be
 //! unstable: that is an outcome as well.

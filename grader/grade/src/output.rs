@@ -100,7 +100,7 @@ pub(super) fn print(bytes: &[u8]) -> Result<(), Stop> {
 /// Writes commands of ours to GitHub Actions to standard output.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub(super) fn print_commands(commands: &str) -> Result<(), Stop> {
     write_out(io::stdout(), inert(commands).as_bytes())
 }

@@ -7,7 +7,7 @@ use grader::grading::hidden::HiddenSuite;
 use grader::grading::{AssignmentName, Checks, Grader, Grading};
 use grader::oracle::Oracle;
 use grader::pack::{self, Pack};
-use grader::rubric::{PackRule, Rubric};
+use grader::rubric::{self, PackRule, Rubric};
 use grader::suite::assignment::{self, ALL, Assignment, AssignmentError};
 use grader::suite::{Case, Section, Suite};
 use scene::ParseOptions;
@@ -176,8 +176,8 @@ impl SuiteArgs {
         for warning in &suite.warnings {
             complain("warning", warning);
         }
-        let of_pack = pack.as_ref().map(|pack| pack.folder().join("rubric.toml"));
-        let mut beside = of_pack.into_iter().chain([assets.join("rubric.toml")]);
+        let of_pack = pack.as_ref().map(|pack| pack.folder().join(rubric::FILE));
+        let mut beside = of_pack.into_iter().chain([assets.join(rubric::FILE)]);
         let rubric_path = self.rubric.clone().or_else(|| beside.find(|path| path.is_file()));
         let mut rubric = match &rubric_path {
             Some(path) => Rubric::load(path).map_err(Stop::bad_input)?,

@@ -38,6 +38,16 @@ pub struct Seal([u8; 32]);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Secret(pub u64);
 
+impl Secret {
+    /// The number of one run, which no file holds.
+    ///
+    /// # Errors
+    /// If the system has no random numbers.
+    pub fn random() -> io::Result<Self> {
+        Ok(Seal::unkept()?.secret())
+    }
+}
+
 impl Seal {
     /// The key in a folder of results, which is made if there is none.
     ///
@@ -64,7 +74,7 @@ impl Seal {
     ///
     /// # Errors
     /// If the system has no random numbers.
-    pub fn unkept() -> io::Result<Self> {
+    fn unkept() -> io::Result<Self> {
         let mut key = [0; 32];
         getrandom::fill(&mut key).map_err(io::Error::other)?;
         Ok(Self(key))

@@ -139,7 +139,7 @@ fn leaks(pack: &Pack, graded: Graded<'_>, found: &mut Vec<Finding>) {
     }
     let traces: BTreeSet<String> =
         graded.suite.cases.iter().filter_map(|case| graded.oracle.trace_hash(case)).collect();
-    for layer in &pack.layers {
+    for layer in pack.layers() {
         for file in &layer.files {
             let path = layer.folder.join(file);
             let help = "leave it out by `files` of [starter], or remove it";
@@ -177,13 +177,12 @@ fn is_binary_program(head: &[u8]) -> bool {
 fn replaced(pack: &Pack, found: &mut Vec<Finding>) {
     let commands = pack.recipe.build.iter().chain([&pack.recipe.run]);
     let words: Vec<&str> = commands.flatten().flat_map(|word| word.split_whitespace()).collect();
-    let own = pack.layers.iter().filter(|layer| layer.folder.ends_with(super::PROJECT));
-    for file in own.flat_map(|layer| &layer.files) {
+    for file in pack.project.iter().flat_map(|layer| &layer.files) {
         let is_named = words.iter().any(|word| {
             let word = word.trim_start_matches("{folder}/").trim_start_matches("./");
             Path::new(word) == file
         });
-        // What every hand-in has, is the student's.
+        // Files that every hand-in has are the student's.
         let is_students = pack.needs.contains(file);
         if is_named && !is_students && pack.patterns.iter().any(|pattern| pattern.matches(file)) {
             found.push(Finding::fault(
@@ -297,7 +296,7 @@ pub fn start(grading: &Grading) -> Option<Finding> {
 
 /// What students start from, as a hand-in: the files that the patterns take.
 pub fn starting_files(pack: &Pack) -> Vec<(PathBuf, PathBuf)> {
-    let layers = pack.layers.iter();
+    let layers = pack.layers();
     let files =
         layers.flat_map(|layer| layer.files.iter().map(|file| (layer.folder.join(file), file)));
     let taken = files.filter(|(_, file)| pack.patterns.iter().any(|pattern| pattern.matches(file)));

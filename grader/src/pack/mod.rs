@@ -229,11 +229,10 @@ pub struct Pack {
     /// Whether a hand-in's own `submission.toml` counts.
     submission_toml: bool,
     patterns: Vec<Pattern>,
-    /// The starter code, if the manifest has some: the first of the layers.
-    has_starter: bool,
     needs: Vec<PathBuf>,
-    /// The starter code, then the pack's own files.
-    layers: Vec<Layer>,
+    starter: Option<Layer>,
+    /// The pack's own files of a project.
+    project: Option<Layer>,
     recipe: Recipe,
     readable: Vec<PathBuf>,
     examples: Vec<Example>,
@@ -352,9 +351,8 @@ impl Pack {
             let files = files.map_err(|error| unreadable(&folder, io::Error::other(error)))?;
             Ok(Layer { files: files.into_iter().filter(kept).collect(), folder })
         };
-        let mut layers = Vec::new();
-        match (&file.starter, starter) {
-            (None, None) => {}
+        let starter = match (&file.starter, starter) {
+            (None, None) => None,
             (None, Some(_)) => {
                 let message = "this pack has no [starter]\n  help: leave out --starter";
                 return Err(invalid(0, message.to_owned()));
@@ -369,18 +367,17 @@ impl Pack {
                 let kept =
                     kept.map(|files| files.iter().map(pattern).collect::<Result<Vec<_>, _>>());
                 let kept = kept.transpose()?;
-                layers.push(layer(folder, &|file| {
+                Some(layer(folder, &|file| {
                     kept.as_ref()
                         .is_none_or(|kept| kept.iter().any(|pattern| pattern.matches(file)))
-                })?);
+                })?)
             }
-        }
-        if folder.join(PROJECT).is_dir() {
-            layers.push(layer(folder.join(PROJECT), &|_| true)?);
-        }
+        };
+        let project = Some(folder.join(PROJECT)).filter(|folder| folder.is_dir());
+        let project = project.map(|folder| layer(folder, &|_| true)).transpose()?;
         let mut hash = Fingerprint::default();
         hash.part(text.as_bytes());
-        for layer in &layers {
+        for layer in starter.iter().chain(&project) {
             for file in &layer.files {
                 hash.part(file.as_os_str().as_encoded_bytes());
                 let path = layer.folder.join(file);
@@ -398,9 +395,9 @@ impl Pack {
             points: file.points,
             submission_toml: file.submission_toml,
             patterns,
-            has_starter: file.starter.is_some(),
             needs: file.hand_in.needs.into_iter().map(|need| need.into_inner().into()).collect(),
-            layers,
+            starter,
+            project,
             recipe: Recipe { build, run: run.into_inner(), format: file.run.format },
             readable,
             examples: file.example.into_iter().map(example).collect(),
@@ -432,18 +429,22 @@ impl Pack {
 
     /// The folder of the starter code, and the files that are laid from it; `None` if the manifest has none.
     pub fn starter(&self) -> Option<(&Path, &[PathBuf])> {
-        let layer = self.layers.first().filter(|_| self.has_starter)?;
-        Some((&layer.folder, &layer.files))
+        self.starter.as_ref().map(|layer| (layer.folder.as_path(), layer.files.as_slice()))
     }
 
-    /// The names of the files that are taken from a hand-in, without their folders: those that it needs, and patterns of those
-    /// that it may have.
-    pub fn file_names(&self) -> (BTreeSet<String>, BTreeSet<String>) {
+    /// The starter code, then the pack's own files.
+    fn layers(&self) -> impl Iterator<Item = &Layer> {
+        self.starter.iter().chain(&self.project)
+    }
+
+    /// The names of the files that are taken from a hand-in, without their folders, each once: those that it needs, then
+    /// patterns of those that it may have.
+    pub fn file_names(&self) -> Vec<String> {
         let name = |need: &PathBuf| Some(need.file_name()?.to_str()?.to_owned());
         let needed: BTreeSet<String> = self.needs.iter().filter_map(name).collect();
         let names = self.patterns.iter().map(|pattern| pattern.name().to_owned());
-        let others = names.filter(|name| !needed.contains(name)).collect();
-        (needed, others)
+        let others: BTreeSet<String> = names.filter(|name| !needed.contains(name)).collect();
+        needed.into_iter().chain(others).collect()
     }
 
     /// Writes what a student starts from: the project without a hand-in.
@@ -451,13 +452,13 @@ impl Pack {
     /// # Errors
     /// If a file cannot be written, or exists.
     pub fn start(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
-        let files = self.layers.iter().flat_map(|layer| &layer.files).map(|file| folder.join(file));
+        let files = self.layers().flat_map(|layer| &layer.files).map(|file| folder.join(file));
         let files: BTreeSet<PathBuf> = files.collect();
         if let Some(path) = files.iter().find(|path| path.exists()) {
             let message = format!("{} exists\n  help: name another folder", path.display());
             return Err(io::Error::new(io::ErrorKind::AlreadyExists, message));
         }
-        self.layers.iter().try_for_each(|layer| layer.lay(folder))?;
+        self.layers().try_for_each(|layer| layer.lay(folder))?;
         Ok(files.into_iter().collect())
     }
 
@@ -481,6 +482,15 @@ impl Pack {
             }
             Err(Unbuilt::Fault(detail)) => Err(NotBuilt(detail)),
         }
+    }
+
+    /// Whether there is something to build among the files of a hand-in.
+    fn finds(&self, files: &[PathBuf]) -> bool {
+        let is_own = |file: &PathBuf| {
+            self.submission_toml && file.file_name() == Some(folder::MANIFEST.as_ref())
+        };
+        !matches!(take(files, &self.patterns, &BTreeSet::new()), Err(NotTaken::Nothing { .. }))
+            || files.iter().any(is_own)
     }
 
     fn build(
@@ -510,7 +520,7 @@ impl Pack {
                 "it is a program for {system}, without sources\n  help: hand in the sources"
             )));
         }
-        let known = self.layers.iter().flat_map(|layer| &layer.files);
+        let known = self.layers().flat_map(|layer| &layer.files);
         let known: BTreeSet<PathBuf> = known.chain(&self.needs).cloned().collect();
         let taken = match (&files[..], &self.patterns[..]) {
             ([only], [pattern]) if path.is_file() && only.file_name() == path.file_name() => {
@@ -529,7 +539,7 @@ impl Pack {
         let scratch = scratch_folder().map_err(fault)?;
         let home = scratch.path().join(folder::HOME);
         fs::create_dir(&home).map_err(fault)?;
-        self.layers.iter().try_for_each(|layer| layer.lay(&home)).map_err(fault)?;
+        self.layers().try_for_each(|layer| layer.lay(&home)).map_err(fault)?;
         lay(&taken, received.folder(), &home)?;
         runner.readable.extend(self.readable.iter().cloned());
         let mut built = folder::build(name, scratch, &self.recipe, runner, limits)?;
@@ -537,17 +547,6 @@ impl Pack {
             program.taken = Some(taken.words(&files));
         }
         Ok(built)
-    }
-}
-
-impl Pack {
-    /// Whether there is something to build among the files of a hand-in.
-    fn finds(&self, files: &[PathBuf]) -> bool {
-        let is_own = |file: &PathBuf| {
-            self.submission_toml && file.file_name() == Some(folder::MANIFEST.as_ref())
-        };
-        !matches!(take(files, &self.patterns, &BTreeSet::new()), Err(NotTaken::Nothing { .. }))
-            || files.iter().any(is_own)
     }
 }
 

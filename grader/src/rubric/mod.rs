@@ -96,6 +96,9 @@ use creative::CreativeRule;
 use late::{LateRule, PlatformRule};
 use sandbox::{Limits, Protection};
 
+/// Name of the rubric's file, beside the required scenes or in a pack.
+pub const FILE: &str = "rubric.toml";
+
 /// Maximum size of a rubric, in MiB.
 const MAX_MEBIBYTES: u64 = 1;
 
@@ -443,13 +446,14 @@ impl Rubric {
         let plain = |limits: BTreeMap<String, Spanned<f64>>| {
             limits.into_iter().map(|(name, value)| (name, value.into_inner())).collect()
         };
-        let below = |folder: &mut PathBuf| {
-            *folder = path.parent().unwrap_or(Path::new("")).join(&folder);
-        };
-        hidden.as_mut().and_then(|hidden| hidden.folder.as_mut()).map(below);
+        let mut folders: Vec<&mut PathBuf> = Vec::new();
+        folders.extend(hidden.as_mut().and_then(|hidden| hidden.folder.as_mut()));
         if let Some(PackRule { folder, starter }) = &mut pack {
-            below(folder);
-            starter.as_mut().map(below);
+            folders.push(folder);
+            folders.extend(starter);
+        }
+        for folder in folders {
+            *folder = path.parent().unwrap_or(Path::new("")).join(&folder);
         }
         Ok(Self {
             assignment_name: file.assignment,

@@ -156,9 +156,9 @@ pub(crate) fn build(
     limits: Limits,
 ) -> Result<Built, FolderError> {
     let home = copy.path().join(HOME);
-    for command in &recipe.build {
+    for (number, command) in recipe.build.iter().enumerate() {
         // Built before, and shown as such; without a program, its hidden scenes fail by themselves.
-        if let Err(failure) = run_build(command, &home, &runner, limits)? {
+        if let Err(failure) = run_build((number, command), &home, &runner, limits)? {
             if runner.is_second_phase() {
                 break;
             }
@@ -274,8 +274,9 @@ impl CommandLine {
     }
 }
 
+/// Runs the build's command of this number. The copy of the folder before it is removed with the scratch folder.
 fn run_build(
-    build: &[String],
+    (number, build): (usize, &[String]),
     home: &Path,
     runner: &Runner,
     limits: Limits,
@@ -298,10 +299,7 @@ fn run_build(
     if let Err(reason) = outcome.kept {
         return Ok(Err(Failure::BuildFailed(BuildFailure::NotKept(reason))));
     }
-    // The copies before the builds are removed with the scratch folder that contains all.
-    let unbuilt = (0..).map(|number| home.with_file_name(format!("unbuilt{number}")));
-    let unbuilt = unbuilt.into_iter().find(|path| !path.exists()).unwrap_or_default();
-    fs::rename(home, unbuilt)
+    fs::rename(home, home.with_file_name(format!("unbuilt{number}")))
         .and_then(|()| fs::rename(&built, home))
         .map_err(SandboxError::no_scratch)?;
     Ok(Ok(()))

@@ -132,9 +132,7 @@ impl Change {
         let is_optional = is_of_rounds(scene) && is_shared && !matches!(self.place, Place::Task(_));
         self.acts_in(scene) && is_its && !is_optional
     }
-}
 
-impl Change {
     /// Whether two statements of a step stand in the wrong order: the method is there.
     pub(crate) fn is_order_of_updates(&self) -> bool {
         let is_either =

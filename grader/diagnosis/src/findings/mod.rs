@@ -217,9 +217,7 @@ impl Finding {
             | FindingKind::NotImplemented => scenes(count),
         }
     }
-}
 
-impl Finding {
     /// The finding on a program whose repeated runs of these scenes differ: no other finding is sure then.
     pub fn of_differing_runs(scenes: Vec<String>) -> Self {
         let words = "the program is not deterministic: the same scene gives different traces, as where a variable is \
@@ -333,14 +331,13 @@ impl Findings {
         for cause in causes.iter().filter(|cause| !is_of_lacking(cause.change().place)) {
             let exceptions = exceptions(cause, &scenes, &to_look_at, &shared);
             let finding = of_cause(cause, is_lack(cause, &causes), &scenes, exceptions);
-            let same = |known: &&mut Finding| {
-                known.kind == FindingKind::Feature && known.features == finding.features
-            };
-            match to_look_at.iter_mut().find(same).filter(|_| finding.kind == FindingKind::Feature)
-            {
+            if finding.kind != FindingKind::Feature {
+                list.push(finding);
+                continue;
+            }
+            match to_look_at.iter_mut().find(|known| known.features == finding.features) {
                 Some(known) => known.scenes.extend(finding.scenes),
-                None if finding.kind == FindingKind::Feature => to_look_at.push(finding),
-                None => list.push(finding),
+                None => to_look_at.push(finding),
             }
         }
         list.extend(to_look_at);
@@ -539,10 +536,9 @@ fn settle_open(kinds: &mut Vec<(Kind, Vec<usize>)>) {
         };
         if let Some(place) = kinds.iter().position(|(kind, _)| *kind == open) {
             let (_, numbers) = kinds.remove(place);
-            kinds
-                .iter_mut()
-                .filter(|(kind, _)| *kind == known)
-                .for_each(|(_, all)| all.extend(&numbers));
+            if let Some((_, all)) = kinds.iter_mut().find(|(kind, _)| *kind == known) {
+                all.extend(numbers);
+            }
         }
     }
 }
@@ -673,7 +669,7 @@ struct Property {
     holds: Box<dyn Fn(&Scene) -> bool>,
 }
 
-/// The properties by which wrong scenes are told from right ones: features first, then circumstances.
+/// Properties that may distinguish wrong scenes from right ones: features first, then circumstances.
 fn properties(right: &[&Scene]) -> Vec<Property> {
     let mut all = Vec::new();
     let mut add = |words: &str, feature: Option<Feature>, holds: Box<dyn Fn(&Scene) -> bool>| {

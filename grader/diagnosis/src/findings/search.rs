@@ -456,17 +456,14 @@ fn drop_all(
     found: &mut Vec<Cause>,
     is_dropped: fn(&[SceneEvidence<'_>], &Cause) -> bool,
 ) {
-    let (dropped, mut kept): (Vec<Cause>, Vec<Cause>) =
-        std::mem::take(found).into_iter().partition(|cause| is_dropped(scenes, cause));
-    let gone: BTreeSet<usize> = dropped.iter().map(|cause| cause.group).collect();
-    let (more, kept_apart): (Vec<Cause>, Vec<Cause>) =
-        std::mem::take(&mut kept).into_iter().partition(|cause| gone.contains(&cause.group));
-    for &number in dropped.iter().chain(&more).flat_map(|cause| &cause.scenes) {
+    let gone = found.iter().filter(|cause| is_dropped(scenes, cause));
+    let gone: BTreeSet<usize> = gone.map(|cause| cause.group).collect();
+    let is_gone = |cause: &Cause| gone.contains(&cause.group);
+    for &number in found.iter().filter(|cause| is_gone(cause)).flat_map(|cause| &cause.scenes) {
         scenes[number].explained = false;
     }
-    kept = kept_apart;
-    settle(scenes, &mut kept);
-    *found = kept;
+    found.retain(|cause| !is_gone(cause));
+    settle(scenes, found);
 }
 
 /// Marks the scenes that the changes made so far explain together.

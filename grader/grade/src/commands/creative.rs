@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use grader::creative::{self, Creative, Entry, Examiner, NotChecked, Rules, Wanted};
-use grader::rubric::Rubric;
+use grader::rubric::{self, Rubric};
 use grader::suite::assignment::Assignment;
 use rayon::prelude::*;
 use report::html::gallery::{self, Gallery};
@@ -95,7 +95,7 @@ impl Known {
         let assignments = Assignment::list(&folder).map_err(Stop::bad_input)?;
         let named = args.assignment.as_deref().map(|name| Assignment::load(&folder, name));
         let named = named.transpose().map_err(Stop::bad_input)?;
-        let rubric = root.join("assets/rubric.toml");
+        let rubric = root.join("assets").join(rubric::FILE);
         let rubric = rubric.is_file().then(|| Rubric::load(&rubric)).transpose();
         let rubric = rubric.map_err(Stop::bad_input)?.unwrap_or_default();
         let of_run = Duration::from_secs(args.seconds.into());

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use grader::boundary::own_file;
 use grader::pack;
+use grader::rubric;
 use grader::suite::Section;
 use platforms::archive;
 use platforms::bundle::{self, Platform};
@@ -350,17 +351,12 @@ impl PrairielearnArgs {
         complain("note", format!("add the question {} to an assessment", settings.question()));
         Ok(Exit::Passed)
     }
-}
 
-impl PrairielearnArgs {
     /// The files that students hand in, and patterns of others.
     fn files(&self, inputs: &Inputs) -> Vec<String> {
         match (self.file.as_slice(), &inputs.pack) {
             ([], None) => ["submission.toml", "simulate.cpp"].map(str::to_owned).into(),
-            ([], Some(pack)) => {
-                let (needed, others) = pack.file_names();
-                needed.into_iter().chain(others).collect()
-            }
+            ([], Some(pack)) => pack.file_names(),
             (named, _) => named.to_vec(),
         }
     }
@@ -375,7 +371,7 @@ impl BundleArgs {
                 .keep_hidden_out(&inputs, "whoever finds the address of the bundle can read it")?;
             if inputs.pack.as_ref().is_some_and(|pack| pack.starter().is_some()) {
                 let message =
-                    "whoever finds the address of the bundle can read the starter code in it";
+                    "anyone with the address of the bundle can read the starter code in it";
                 complain("warning", message);
             }
         }
@@ -529,8 +525,8 @@ fn built_program(named: Option<&Path>) -> Result<Vec<u8>, Stop> {
     }
 }
 
-/// Name of the rubric, beside the scenes.
-const RUBRIC: &str = "rubric.toml";
+/// Folders of a suite, of hidden scenes and of a pack with scenes.
+const PARTS: [&str; 3] = ["assets", "extracreditassets", "expected"];
 
 /// The traces of the oracle in a package.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -552,7 +548,7 @@ fn add_suite(
     let mut add = |folder: &Path, name: &str, is_kept: &dyn Fn(&str) -> bool| {
         add_folder(files, folder, &format!("{prefix}{name}/"), is_kept).map_err(Stop::bad_input)
     };
-    add(&assets, "assets", &|path| ![RUBRIC, pack::FOLDER].contains(&path))?;
+    add(&assets, "assets", &|path| ![rubric::FILE, pack::FOLDER].contains(&path))?;
     if let Some(folder) = extra_credit.filter(|folder| folder.is_dir()) {
         add(&folder, "extracreditassets", &|_| true)?;
     }
@@ -565,26 +561,29 @@ fn add_suite(
     let is_kept = |path: &str| traces == Traces::All || path.ends_with(".toml") || is_judged(path);
     add(&expected, "expected", &is_kept)?;
     if let Some((_, hidden)) = &inputs.hidden {
-        let parts = ["assets", "extracreditassets", "expected"];
-        let is_part = |path: &str| parts.iter().any(|part| path.split('/').next() == Some(part));
+        let is_part = |path: &str| PARTS.iter().any(|part| path.split('/').next() == Some(part));
         add(hidden, "hidden", &is_part)?;
     }
     if let Some(pack) = &inputs.pack {
-        let parts = ["assets", "extracreditassets", "expected", "hidden", RUBRIC];
         let starter = pack.starter();
-        let is_elsewhere = |path: &str| {
-            let path = pack.folder().join(path);
+        // These have places of their own in the package, or none.
+        let is_elsewhere = |name: &str| {
+            let path = pack.folder().join(name);
             let is_example = pack.examples().iter().any(|example| path == example.folder);
-            is_example || starter.is_some_and(|(folder, _)| path == folder)
+            is_example
+                || starter.is_some_and(|(folder, _)| path == folder)
+                || PARTS.contains(&name)
+                || ["hidden", rubric::FILE].contains(&name)
         };
-        add(pack.folder(), "pack", &|path| !parts.contains(&path) && !is_elsewhere(path))?;
+        add(pack.folder(), "pack", &|path| !is_elsewhere(path))?;
         if let Some((folder, laid)) = starter {
             let is_kept = |path: &str| laid.iter().any(|file| file.starts_with(path));
             add(folder, "starter", &is_kept)?;
         }
     }
     if let Some(text) = package_rubric(inputs)? {
-        files.push(PackageFile::data(format!("{prefix}assets/{RUBRIC}"), text.into_bytes()));
+        files
+            .push(PackageFile::data(format!("{prefix}assets/{}", rubric::FILE), text.into_bytes()));
     }
     Ok(())
 }

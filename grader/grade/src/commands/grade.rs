@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use grader::boundary::seal::Seal;
+use grader::boundary::seal::Secret;
 use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, GradingOutcome};
 use grader::submission::Submission;
@@ -178,7 +178,7 @@ impl GradeArgs {
         interrupt.check("the submission was still being built; no scene was graded")?;
         let (submission, protection) = opened?;
         // With --only, run nothing but the chosen scenes.
-        let secret = Seal::unkept().map_err(Stop::fault)?.secret();
+        let secret = Secret::random().map_err(Stop::fault)?;
         let checks = Checks {
             jacobians: !self.judge.no_jacobians,
             probe: !self.judge.no_jacobians && is_whole,

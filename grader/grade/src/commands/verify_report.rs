@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 use grader::boundary::door::Door;
 use grader::boundary::printed::RawUse;
-use grader::boundary::seal::Seal;
+use grader::boundary::seal::Secret;
 use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, Hidden, NotRunReason};
 use grader::suite::assignment::ALL;
@@ -84,7 +84,7 @@ impl VerifyReportArgs {
         let options = options(judge, &self.run, old.is_whole());
         let provenance = provenance(&inputs, &oracle, options, Some(path))?;
         let (submission, protection) = open_path(path, &self.run, &inputs, &[])?;
-        let secret = Seal::unkept().map_err(Stop::fault)?.secret();
+        let secret = Secret::random().map_err(Stop::fault)?;
         let checks = Checks {
             jacobians: !judge.no_jacobians,
             probe: !judge.no_jacobians && old.is_whole(),

@@ -123,9 +123,12 @@ impl Located {
     /// If it cannot be read or unpacked.
     pub fn of(path: &Path, suite: Option<&Suite>, sandbox: &Sandbox) -> Result<Self, ReceiveError> {
         let located = Self::outside(path, suite, sandbox)?;
-        match (&located, only_archive(path)?) {
-            (Self::Nothing, Some(archive)) => Self::outside(&archive, suite, sandbox),
-            _ => Ok(located),
+        if !matches!(located, Self::Nothing) {
+            return Ok(located);
+        }
+        match only_archive(path)? {
+            Some(archive) => Self::outside(&archive, suite, sandbox),
+            None => Ok(located),
         }
     }
 

@@ -121,13 +121,13 @@ fn unpack_here() -> io::Result<()> {
         fs::remove_file(&path)?;
         let into = path.parent().unwrap_or(Path::new("")).to_path_buf();
         unpack_bytes(&bytes, &into)?;
-        next = only_archive(Path::new("."))?;
+        next = archive_alone(Path::new("."))?;
     }
     Err(io::Error::other(format!("more than {MAX_NESTED} archives inside each other")))
 }
 
 /// The file below `folder`, if it is the only one beside junk, and an archive.
-fn only_archive(folder: &Path) -> io::Result<Option<PathBuf>> {
+fn archive_alone(folder: &Path) -> io::Result<Option<PathBuf>> {
     let mut found = None;
     let mut folders = vec![folder.to_path_buf()];
     while let Some(folder) = folders.pop() {
@@ -333,7 +333,7 @@ fn damaged(error: impl std::fmt::Display) -> io::Error {
 pub(super) fn not_an_archive(path: &Path) -> io::Error {
     let name = printed::path(path.file_name().unwrap_or_default().as_encoded_bytes());
     io::Error::other(format!(
-        "{name} has the name of an archive, and is none\n  help: make it again, and hand it in"
+        "{name} is named like an archive, but is not one\n  help: make it again, and hand it in"
     ))
 }
 

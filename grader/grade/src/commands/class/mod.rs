@@ -302,11 +302,10 @@ fn grade(
     let arranged = arrange(folder, output, layout, args)?;
     let own = output.join(HAND_INS);
     let folder = if arranged.is_some() { own.as_path() } else { folder };
-    let also: Vec<_> = arranged.iter().flat_map(|it| it.passed_over.clone()).collect();
     let class = Class::open((folder, arranged), output, args)?;
     let listed = entry::list(folder, class.inputs.pack.is_some());
     let (entries, mut passed_over) = listed.map_err(Stop::about(folder))?;
-    passed_over.extend(also);
+    passed_over.extend(class.arranged.iter().flat_map(|arranged| arranged.passed_over.clone()));
     if entries.is_empty() {
         return Err(Stop::bad_input(format!(
             "{}: no submissions found\n  help: put programs, folders with submission.toml or archives of them there; with \

@@ -86,11 +86,14 @@ fn sources(
 ) -> Result<Sources, String> {
     let said = |error: HandInError| error.to_string();
     let outside = Sources::read(name, path).map_err(said)?;
+    if !outside.is_empty() {
+        return Ok(outside);
+    }
     let archive = match Form::of(path).map_err(said)? {
         Form::Archive => Some(path.to_path_buf()),
         _ => only_archive(path).map_err(said)?,
     };
-    let Some(archive) = archive.filter(|_| outside.is_empty()) else { return Ok(outside) };
+    let Some(archive) = archive else { return Ok(outside) };
     let sandbox = sandbox.as_ref().map_err(Clone::clone)?;
     let received = Received::open(&archive, sandbox).map_err(|error| error.to_string())?;
     Sources::read(name, received.folder()).map_err(said)

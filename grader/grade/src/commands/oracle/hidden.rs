@@ -1,11 +1,10 @@
 //! `grade oracle generate-hidden`: draws a sibling of each public scene, with its trace.
 
 use std::fmt::Write as _;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use grader::boundary::seal::Seal;
+use grader::boundary::seal::Secret;
 use grader::oracle::folder;
 use grader::suite::assignment::Assignment;
 use grader::suite::{Case, Section};
@@ -55,8 +54,10 @@ impl HiddenArgs {
         folder::check_free(&self.output).map_err(Stop::bad_input)?;
         let cases = self.chosen()?;
         let mistakes = mistake::all();
-        let seed = self.seed.map_or_else(|| Ok(Seal::unkept()?.secret().0), io::Result::Ok);
-        let seed = seed.map_err(Stop::fault)?;
+        let seed = match self.seed {
+            Some(seed) => seed,
+            None => Secret::random().map_err(Stop::fault)?.0,
+        };
         let found: Vec<Result<Sibling, NoSibling>> =
             cases.par_iter().map(|case| find(case, seed, &mistakes)).collect();
         let missing: Vec<String> = found

@@ -212,7 +212,7 @@ fn passes_once_filled_in(language: Language, assignment: &str, stub: &str, bodie
     let submission = folder.path().join("mine");
     let mut init = Command::new(GRADE);
     init.args(["init", language.name()]).arg(&submission).args(["--assignment", assignment]);
-    assert!(init.arg("--root").arg(root()).status().unwrap().success());
+    assert!(init.arg("--root").arg(root()).output().unwrap().status.success());
     let (points_before, verdicts) = points(&submission);
     assert_eq!(verdicts, BTreeSet::from(["not-implemented".to_owned()]), "{assignment}");
     assert!(points_before[0].0 < points_before[0].1);

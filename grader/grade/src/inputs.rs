@@ -187,7 +187,8 @@ impl SuiteArgs {
         let pack = match (pack, rubric.pack()) {
             (None, Some(PackRule { folder, starter })) if reading.narrows => {
                 let starter = self.pack.starter()?.or(starter.as_deref());
-                Some(Pack::open(folder, starter).map_err(Stop::bad_input)?)
+                let named = rubric_path.as_deref().unwrap_or(Path::new(rubric::FILE));
+                Some(Pack::open(folder, starter).map_err(Stop::about(named))?)
             }
             (pack, _) => pack,
         };

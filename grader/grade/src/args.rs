@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use grader::rubric::CriteriaName;
+use report::text::Amount;
 use sandbox::Limits;
 use simulator::force;
 
@@ -123,8 +124,39 @@ pub(super) struct JudgeArgs {
 #[derive(Args)]
 pub(super) struct DetailsArgs {
     /// Number of failed scenes to explain in detail (text only)
-    #[arg(long, value_name = "N", default_value_t = 20)]
+    #[arg(long, value_name = "N", default_value_t = DETAILS)]
     pub(super) details: usize,
+}
+
+/// Failed scenes that are explained in detail, by default.
+const DETAILS: usize = 20;
+
+/// How much the text report of one submission shows.
+#[derive(Args)]
+pub(super) struct VerboseArgs {
+    /// Show every feature and scene, and failed scenes in detail (text only)
+    #[arg(short, long)]
+    verbose: bool,
+
+    /// The same with this number of failed scenes in detail [default: 20]
+    #[arg(long, value_name = "N")]
+    details: Option<usize>,
+}
+
+impl VerboseArgs {
+    /// How much a report shows.
+    pub(super) fn amount(&self) -> Amount {
+        if self.verbose || self.details.is_some() {
+            Amount::Full { details: self.details() }
+        } else {
+            Amount::Brief
+        }
+    }
+
+    /// Number of failed scenes in detail, where a report shows them.
+    pub(super) fn details(&self) -> usize {
+        self.details.unwrap_or(DETAILS)
+    }
 }
 
 /// The format and the place of a report.

@@ -1,4 +1,4 @@
-//! Folders of pages (`--html DIR`).
+//! Pages of reports (`--html`): a folder, or one file if its name ends in `.html`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,21 +11,53 @@ use report::html::{self, Sink};
 use crate::output::{create_folder, write_bytes};
 use crate::stop::{Stop, complain};
 
-/// A folder for pages.
+/// A folder for pages, or a file that holds all of them.
 #[derive(Clone)]
 pub(super) struct Pages {
     folder: PathBuf,
+    /// The file; its folder is `folder`.
+    file: Option<PathBuf>,
 }
 
 impl Pages {
-    /// Opens the folder, and creates it if it is missing.
+    /// Opens the folder, and creates it if it is missing; or the file, if the name is that of one.
     ///
     /// # Errors
     /// If it holds anything but pages of an earlier run: a page must not replace a file of the user's.
-    pub(super) fn open(folder: &Path) -> Result<Self, Stop> {
+    pub(super) fn open(path: &Path) -> Result<Self, Stop> {
+        let is_page = path.extension().is_some_and(|extension| extension == "html");
+        if is_page && !path.is_dir() { Self::open_file(path) } else { Self::open_folder(path) }
+    }
+
+    /// The same of a command whose pages need a folder.
+    ///
+    /// # Errors
+    /// Also if the name is that of a file.
+    pub(super) fn open_folder_alone(path: &Path) -> Result<Self, Stop> {
+        let pages = Self::open(path)?;
+        match &pages.file {
+            None => Ok(pages),
+            Some(_) => Err(Stop::about(path)(
+                "the pages of many submissions need a folder\n  help: name one with --html DIR",
+            )),
+        }
+    }
+
+    fn open_file(file: &Path) -> Result<Self, Stop> {
+        let folder = file.parent().unwrap_or(Path::new("")).to_path_buf();
+        let pages = Self { folder, file: Some(file.to_path_buf()) };
+        if !file.exists() || is_page(file) {
+            return Ok(pages);
+        }
+        Err(Stop::about(file)(
+            "is no page of grade, and is not replaced\n  help: name another file with --html",
+        ))
+    }
+
+    fn open_folder(folder: &Path) -> Result<Self, Stop> {
         fs::create_dir_all(folder).map_err(Stop::about(folder))?;
         let is_empty = fs::read_dir(folder).map_err(Stop::about(folder))?.next().is_none();
-        let pages = Self { folder: folder.to_path_buf() };
+        let pages = Self { folder: folder.to_path_buf(), file: None };
         if is_empty || pages.is_written("") {
             return Ok(pages);
         }
@@ -41,10 +73,14 @@ impl Pages {
         &self.folder
     }
 
+    /// The first page.
+    pub(super) fn index(&self) -> PathBuf {
+        self.file.clone().unwrap_or_else(|| self.folder.join("index.html"))
+    }
+
     /// Whether the folder below it holds pages of this program.
     pub(super) fn is_written(&self, below: &str) -> bool {
-        let index = own_file::text(&self.folder.join(below).join("index.html"));
-        index.is_ok_and(|text| text.contains(&format!("content=\"{}\"", html::GENERATOR)))
+        is_page(&self.folder.join(below).join("index.html"))
     }
 
     /// Writes pages to the folder below it.
@@ -89,10 +125,27 @@ impl Pages {
         &self,
         write: impl FnOnce(Sink<'_>) -> io::Result<()>,
     ) -> Result<(), Stop> {
-        self.write("", write)?;
-        complain("note", format!("open {} in a browser", self.folder.join("index.html").display()));
+        match &self.file {
+            None => self.write("", write)?,
+            Some(file) => {
+                let mut files = Vec::new();
+                write(&mut |name, bytes| {
+                    files.push((name.to_owned(), bytes.to_vec()));
+                    Ok(())
+                })
+                .and_then(|()| write_bytes(file, &html::bundle(&files)))
+                .map_err(Stop::about(file))?;
+            }
+        }
+        complain("note", format!("open {} in a browser", self.index().display()));
         Ok(())
     }
+}
+
+/// Whether a file is a page of this program.
+fn is_page(path: &Path) -> bool {
+    let text = own_file::text(path);
+    text.is_ok_and(|text| text.contains(&format!("content=\"{}\"", html::GENERATOR)))
 }
 
 /// Every file below a folder; none if it does not exist, or is a link. Links are not followed.

@@ -7,19 +7,21 @@ use grader::grading::Grading;
 use grader::rubric::Rubric;
 use grader::suite::Suite;
 use report::SceneTimes;
-use report::text::TextOptions;
+use report::text::{Amount, NextCommands, TextOptions};
+use report::wrap::WIDTH;
 
 use crate::args::{Format, parse_kind};
 use crate::output::{put, written};
 use crate::pages::Pages;
 use crate::stop::Stop;
+use crate::terminal::width;
 
 /// A report that `--report` asks for.
 #[derive(Clone, PartialEq, Eq)]
 pub(super) enum ReportArg {
     /// A format that stands alone, to a file or to the standard output.
     Plain(Format, Option<PathBuf>),
-    /// Pages, in a folder.
+    /// Pages, in a folder or a file.
     Html(PathBuf),
     /// Results for Gradescope.
     Gradescope(PathBuf),
@@ -40,7 +42,10 @@ impl ReportArg {
         ("text", |file| Ok(Self::Plain(Format::Text, file))),
         ("json", |file| Ok(Self::Plain(Format::Json, file))),
         ("junit", |file| Ok(Self::Plain(Format::Junit, file))),
-        ("html", |file| file.map(Self::Html).ok_or("pages need a folder: html=DIR")),
+        ("html", |file| {
+            file.map(Self::Html)
+                .ok_or("pages need a folder or a file: html=pages or html=report.html")
+        }),
         ("gradescope", |file| {
             file.map(Self::Gradescope).ok_or("the results need a file: gradescope=results.json")
         }),
@@ -81,7 +86,9 @@ pub(super) struct Reports {
     pages: Vec<Pages>,
     /// Whether a result has pictures.
     has_pictures: bool,
-    details: usize,
+    amount: Amount,
+    /// The submission and the options with which commands find it; `None` for the built-in simulator.
+    arguments: Option<String>,
 }
 
 /// Content of the reports.
@@ -98,7 +105,11 @@ impl Reports {
     ///
     /// # Errors
     /// If two of them have the same destination, or a folder cannot be used.
-    pub(super) fn open(asked: Vec<ReportArg>, details: usize) -> Result<Self, Stop> {
+    pub(super) fn open(
+        asked: Vec<ReportArg>,
+        amount: Amount,
+        arguments: Option<String>,
+    ) -> Result<Self, Stop> {
         let has_place = |report: &&ReportArg| **report != ReportArg::Github;
         let places: Vec<Option<&Path>> =
             asked.iter().filter(has_place).map(ReportArg::file).collect();
@@ -120,8 +131,8 @@ impl Reports {
                  as in --report json=FILE",
             ));
         }
-        let mut reports =
-            Self { plain: Vec::new(), pages: Vec::new(), has_pictures: false, details };
+        let (plain, pages) = (Vec::new(), Vec::new());
+        let mut reports = Self { plain, pages, has_pictures: false, amount, arguments };
         for report in asked {
             match report {
                 ReportArg::Plain(format, file) => reports.plain.push((format, file)),
@@ -169,8 +180,11 @@ impl Reports {
         file: &Option<PathBuf>,
         Shown { grading, times, .. }: Shown<'_>,
     ) -> Result<(), Stop> {
-        let options = TextOptions { details: self.details };
-        let text = |out: &mut dyn Write| report::text::write(out, grading, options);
+        let page = self.pages.first().map(|pages| pages.index().display().to_string());
+        let next = self.arguments.clone().map(|arguments| NextCommands { arguments, page });
+        let width = if file.is_some() { WIDTH } else { width() };
+        let options = TextOptions { amount: self.amount, width, next };
+        let text = |out: &mut dyn Write| report::text::write(out, grading, &options);
         put(&render(format, grading, times, text)?, file.as_deref())
     }
 }

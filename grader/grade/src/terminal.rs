@@ -3,6 +3,10 @@
 use std::io::{self, Write};
 
 use grader::boundary::printed::steers;
+use report::wrap::WIDTH;
+
+/// Smallest width of text: on narrower terminals, lines are cut by the terminal.
+const NARROW: usize = 40;
 
 /// The styles of reports: end, bold, dimmed, red, green, yellow.
 const STYLES: [&str; 6] =
@@ -13,6 +17,12 @@ pub(super) struct Terminal<W: Write> {
     stream: W,
     /// Written, but not yet shown: a sequence may come in parts.
     held: Vec<u8>,
+}
+
+/// The number of columns of text on standard output: those of the terminal, and 80 without a terminal or on a wider one.
+pub(super) fn width() -> usize {
+    let columns = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
+    columns.map_or(WIDTH, |columns| columns.clamp(NARROW, WIDTH))
 }
 
 /// Output to this stream.

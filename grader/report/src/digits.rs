@@ -1,5 +1,7 @@
 //! Comparison of two numbers digit by digit, and of two traces around a step.
 
+use std::ops::Range;
+
 use similar::{Algorithm, DiffOp, capture_diff_slices};
 
 use diagnosis::findings::ContextRow;
@@ -44,10 +46,11 @@ pub(super) struct DiffLine {
     pub(super) pieces: Vec<(String, bool)>,
 }
 
-/// The particle's rows around the first wrong number, as lines of a diff. Rows that agree within tolerance give one
-/// line.
-pub(super) fn context(first: &FirstWrong) -> Vec<DiffLine> {
+/// The particle's rows around the first wrong number, as lines of a diff, with the numbers of these `columns`. Rows that
+/// agree within tolerance give one line.
+pub(super) fn context(first: &FirstWrong, columns: Range<usize>) -> Vec<DiffLine> {
     let row = |step: u64, values: &[f64]| {
+        let values = values.get(columns.clone()).unwrap_or(values);
         let numbers: Vec<String> = values.iter().map(|value| full(*value)).collect();
         format!("{step} {}", numbers.join(" "))
     };

@@ -8,12 +8,29 @@ use grader::grading::{Grading, SceneResult};
 
 use crate::table::{self, BOLD, Cell, DIM};
 use crate::text;
+use crate::wrap::wrap;
 
 /// Writes the explanation of a scene.
 ///
 /// # Errors
 /// If writing fails.
-pub fn write(out: &mut dyn Write, grading: &Grading, scene: &SceneResult) -> io::Result<()> {
+pub fn write(
+    out: &mut dyn Write,
+    grading: &Grading,
+    scene: &SceneResult,
+    width: usize,
+) -> io::Result<()> {
+    let mut text = Vec::new();
+    write_lines(&mut text, grading, scene, width)?;
+    out.write_all(wrap(&String::from_utf8_lossy(&text), width).as_bytes())
+}
+
+fn write_lines(
+    out: &mut dyn Write,
+    grading: &Grading,
+    scene: &SceneResult,
+    width: usize,
+) -> io::Result<()> {
     if scene.comparison.verdict.is_pass() {
         return writeln!(out, "{}: passed; there is nothing to explain.", scene.id);
     }
@@ -32,7 +49,7 @@ pub fn write(out: &mut dyn Write, grading: &Grading, scene: &SceneResult) -> io:
         }
     }
     writeln!(out)?;
-    text::write_failure(out, scene)?;
+    text::write_failure(out, scene, width)?;
     let explanation = scene.diagnosis.as_ref().and_then(|d| d.explanation.as_ref());
     match explanation {
         Some(explanation) => write_step(out, explanation),

@@ -13,8 +13,10 @@ pub mod provenance;
 pub mod similar;
 pub mod table;
 pub mod text;
+pub mod wrap;
 
 mod digits;
+mod remarks;
 mod testsuites;
 
 /// Version of the schema of JSON reports of gradings.

@@ -16,10 +16,11 @@
 
 use std::collections::VecDeque;
 
-use scene::Scene;
 use scene::state::Energies;
 use scene::trace::{Shape, State};
+use scene::{Dimension, Scene};
 use simulator::solver::linear::LinearSolver;
+use simulator::system::System;
 
 use super::calibration::Bound;
 use crate::compare::Pair;
@@ -59,6 +60,9 @@ pub struct Recording {
     pub positions: Vec<u16>,
     /// The submission's positions minus the oracle's, in metres, of its first frames: the upper half of an f32.
     pub differences: Vec<u16>,
+    /// The forces at the states of the frames, by their right laws, in newtons: the upper half of an f32. Of the
+    /// submission's states, and of the oracle's where it has none; a force that is not defined is zero.
+    pub forces: Vec<u16>,
     /// Residuals, by bucket of states.
     pub residuals: Vec<Residuals>,
     /// Energies and momentum, of the first state of each bucket.
@@ -124,6 +128,7 @@ pub struct ExactState {
 /// Records the pairs of a comparison.
 pub struct Recorder {
     physics: Stepper,
+    forces: Forces,
     stride: u64,
     /// The last pairs before the current one.
     recent: VecDeque<(u64, State, State)>,
@@ -152,6 +157,7 @@ impl Recorder {
             unit: 0.0,
             positions: Vec::new(),
             differences: Vec::new(),
+            forces: Vec::new(),
             residuals: Vec::new(),
             energies: Vec::new(),
             exact_particles: Vec::new(),
@@ -159,6 +165,7 @@ impl Recorder {
         };
         Self {
             physics: Stepper::new(scene, LinearSolver::Auto),
+            forces: Forces::new(scene),
             stride: n_states.div_ceil(frames),
             recent: VecDeque::new(),
             positions: Vec::new(),
@@ -247,12 +254,12 @@ impl Recorder {
         }
         self.recording.frames.push(step);
         self.positions.extend(expected.positions.iter().map(|value| *value as f32));
+        let forces = self.forces.at(step, got.unwrap_or(expected));
+        self.recording.forces.extend(forces.into_iter().map(upper_half));
         let Some(got) = got else { return };
         let pairs = got.positions.iter().zip(&expected.positions);
-        self.recording.differences.extend(pairs.map(|(got, expected)| {
-            let difference = (got - expected).clamp(f64::from(f32::MIN), f64::from(f32::MAX));
-            ((difference as f32).to_bits() >> 16) as u16
-        }));
+        let differences = pairs.map(|(got, expected)| upper_half(got - expected));
+        self.recording.differences.extend(differences);
     }
 
     fn energies(&mut self, step: u64, expected: &State, got: Option<&State>) {
@@ -335,6 +342,45 @@ impl Recorder {
     }
 }
 
+/// The upper half of a number as an f32, which has 8 significant bits.
+fn upper_half(value: f64) -> u16 {
+    let value = value.clamp(f64::from(f32::MIN), f64::from(f32::MAX));
+    ((value as f32).to_bits() >> 16) as u16
+}
+
+/// The forces of a scene.
+enum Forces {
+    Two(System<2>, f64),
+    Three(System<3>, f64),
+}
+
+impl Forces {
+    fn new(scene: &Scene) -> Self {
+        match scene.dimension {
+            Dimension::Two => Self::Two(System::new(scene), scene.time_step),
+            Dimension::Three => Self::Three(System::new(scene), scene.time_step),
+        }
+    }
+
+    /// The sum of all forces on each particle; zero where it is not defined or not finite.
+    fn at(&self, step: u64, state: &State) -> Vec<f64> {
+        let State { positions, velocities, .. } = state;
+        let mut force = vec![0.0; positions.len()];
+        let defined = match self {
+            Self::Two(system, h) => {
+                system.force(positions, velocities, step as f64 * h, &mut force)
+            }
+            Self::Three(system, h) => {
+                system.force(positions, velocities, step as f64 * h, &mut force)
+            }
+        };
+        if defined.is_err() || !force.iter().all(|value| value.is_finite()) {
+            force.fill(0.0);
+        }
+        force
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use scene::{ParseOptions, xml};
@@ -388,6 +434,11 @@ mod tests {
         let wrong = &recording.exact[3];
         assert_eq!(wrong.got[1], wrong.expected[1] + 1e-9);
         assert_eq!(recording.exact[2].got, recording.exact[2].expected);
+        assert_eq!(recording.forces.len(), recording.positions.len());
+        assert_eq!(
+            [difference(recording.forces[14]), difference(recording.forces[15])],
+            [0.0, -0.5]
+        );
         // The differences keep their size, though it is far below the resolution of the positions.
         let found = difference(recording.differences[7 * 2 + 1]);
         assert!((f64::from(found) / 1e-9 - 1.0).abs() < 0.01, "{found}");

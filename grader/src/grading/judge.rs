@@ -110,6 +110,7 @@ pub(super) fn of_case<'a>(
     let result = SceneResult {
         id: case.id.clone(),
         path: case.shown_path(),
+        n_particles: case.scene.particles.len(),
         comparison,
         criteria,
         weight: rubric.weight(case),

@@ -49,7 +49,7 @@ pub use judge::{judge, panic_message};
 use result::gather;
 pub use result::{
     Adjustment, AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden,
-    HiddenTally, Interrupted, NotRunReason, Repetition, SceneResult, Totals,
+    HiddenTally, Interrupted, NotRunReason, Repetition, SceneResult, Since, Totals,
 };
 
 /// Maximum number of scenes that are run twice.

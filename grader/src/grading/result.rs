@@ -57,8 +57,19 @@ pub struct Grading {
     pub faults: FaultPoints,
     /// Progress of a run that was ended early.
     pub interrupted: Option<Interrupted>,
+    /// Changes since the last run of the same submission; `None` if none is known.
+    pub since: Option<Since>,
     /// Its provenance; `None` if unknown.
     pub provenance: Option<Provenance>,
+}
+
+/// Scenes whose verdict changed since the last run of a submission, by name.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Since {
+    /// Those that failed and pass.
+    pub mended: Vec<String>,
+    /// Those that passed and fail.
+    pub broken: Vec<String>,
 }
 
 /// Points that a teacher granted, or withdrew if they are negative.
@@ -132,6 +143,8 @@ pub struct SceneResult {
     pub id: String,
     /// The path of the scene's file ([`Case::shown_path`](crate::suite::Case::shown_path)).
     pub path: String,
+    /// Number of its particles.
+    pub n_particles: usize,
     /// The criteria it was judged by.
     pub criteria: Criteria,
     /// Its weight among the scenes of its feature.
@@ -562,6 +575,7 @@ mod tests {
     fn feature(partial: bool, scenes: &[(f64, char)]) -> FeatureResult {
         let scene = |&(weight, kind): &(f64, char)| SceneResult {
             id: String::new(),
+            n_particles: 1,
             path: String::new(),
             criteria: Tolerances::COURSE.into(),
             weight,

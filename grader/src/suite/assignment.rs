@@ -33,6 +33,7 @@ use std::path::{Path, PathBuf};
 
 use scene::Dimension;
 use scene::schema::StepEquation;
+use scene::spelling::closest;
 use serde::Deserialize;
 use simulator::vocabulary;
 use toml::Spanned;
@@ -155,7 +156,7 @@ pub enum AssignmentError {
         message: String,
     },
     /// There is no assignment of this name.
-    #[error("there is no assignment {name:?} in {}\n  help: {}", folder.display(), known_names(known))]
+    #[error("there is no assignment {name:?} in {}\n  help: {}", folder.display(), known_names(name, known))]
     Unknown {
         /// The name.
         name: String,
@@ -174,10 +175,12 @@ pub enum AssignmentError {
     },
 }
 
-fn known_names(known: &[String]) -> String {
-    match known {
-        [] => "add one as a file NAME.toml; docs/formats.md describes it".to_owned(),
-        known => format!("the assignments are {}", known.join(", ")),
+fn known_names(name: &str, known: &[String]) -> String {
+    let names: Vec<&str> = known.iter().map(String::as_str).collect();
+    match (closest(name, &names), known) {
+        (_, []) => "add one as a file NAME.toml; docs/formats.md describes it".to_owned(),
+        (Some(similar), _) => format!("did you mean {similar}? All are {}", known.join(", ")),
+        (None, _) => format!("the assignments are {}", known.join(", ")),
     }
 }
 

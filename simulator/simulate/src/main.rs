@@ -266,6 +266,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         ));
     }
     refuse_one_file_for_two("the scene", path, cli)?;
+    refuse_other_pictures(cli)?;
     let parsed = load(path, &options)?;
     if let Some(mesh) = &parsed.mesh {
         refuse_one_file_for_two("the scene's mesh", &mesh.path, cli)?;
@@ -445,6 +446,19 @@ fn refuse_one_file_for_two(what: &str, input: &Path, cli: &Cli) -> Result<(), Fa
     Err(Failure::Input(format!(
         "{first} and {second} cannot be one file\n  help: give each output a name of its own"
     )))
+}
+
+/// Refuses diagrams whose name is that of another kind of picture.
+fn refuse_other_pictures(cli: &Cli) -> Result<(), Failure> {
+    for path in [&cli.plot, &cli.convergence].into_iter().flatten() {
+        if path.extension().is_some_and(|extension| !extension.eq_ignore_ascii_case("svg")) {
+            return Err(Failure::at(
+                path,
+                "diagrams are written as SVG\n  help: give it a name that ends in .svg; browsers show it and print it",
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn trace_format(cli: &Cli) -> Result<TraceFormat, Failure> {

@@ -16,6 +16,7 @@ use super::error::{GenerateErrorKind, check};
 use super::options::{OptionSpec, Rule, options};
 use crate::vocabulary;
 use scene::schema::{Domain, Family, IntegratorOptions, IntegratorSchema, OptionError};
+use scene::spelling::closest;
 use scene::{MAX_STEPS, Scene, step_count};
 
 /// The heading of these options.
@@ -40,12 +41,14 @@ options! {
 /// Parses the name of an integrator.
 ///
 /// # Errors
-/// If there is no such integrator; the message lists all.
+/// If there is no such integrator; the message names the most similar one, and lists all.
 pub fn parse_integrator(text: &str) -> Result<&'static IntegratorSchema, String> {
     let vocabulary = vocabulary();
     vocabulary.integrator(text).ok_or_else(|| {
         let names: Vec<&str> = vocabulary.integrators.iter().map(|schema| schema.name).collect();
-        format!("known types: {}", names.join(", "))
+        let known = format!("known types: {}", names.join(", "));
+        closest(text, &names)
+            .map_or(known.clone(), |name| format!("did you mean {name:?}? {known}"))
     })
 }
 

@@ -153,7 +153,7 @@ impl GalleryArgs {
     /// Checks the scenes of a folder and writes their page.
     pub(crate) fn run(&self) -> Result<Exit, Stop> {
         let known = Known::read(&self.rules)?;
-        let pages = Pages::open(&self.output)?;
+        let pages = Pages::open_folder_alone(&self.output)?;
         let entries = creative::find(&self.folder).map_err(Stop::bad_input)?;
         let check = |Entry { below, refused }: &Entry| {
             let found = match refused {

@@ -16,6 +16,7 @@ use crate::progress::Progress;
 use crate::scenes::Scenes;
 use crate::stop::{Exit, Stop};
 use crate::submission::{named_assignment, open_path};
+use crate::terminal::width;
 
 /// Explain one scene that failed: the findings, the first step that is wrong by itself, and its equation with the numbers put in
 #[derive(Args)]
@@ -66,7 +67,7 @@ impl ExplainArgs {
         let mut all = grading.features.iter().flat_map(|feature| &feature.scenes);
         let scene =
             all.find(|scene| scene.id == id).ok_or_else(|| Stop::fault("a scene is missing"))?;
-        print(&written(|out| report::explanation::write(out, &grading, scene))?)?;
+        print(&written(|out| report::explanation::write(out, &grading, scene, width()))?)?;
         Ok(match scene.comparison.verdict {
             Verdict::Pass => Exit::Passed,
             Verdict::Fail(_) => Exit::Failed,

@@ -11,7 +11,7 @@ use platforms::gradescope::score::Score;
 use sandbox::Protection;
 use simulator::solver::linear::LinearSolver;
 
-use crate::args::{DetailsArgs, Format, JudgeArgs, OnlyArgs, ReportArgs, RunArgs, SuiteArgs};
+use crate::args::{Format, JudgeArgs, OnlyArgs, ReportArgs, RunArgs, SuiteArgs, VerboseArgs};
 use crate::inputs::{Inputs, Judging, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::last_failed;
@@ -57,7 +57,7 @@ pub(crate) struct GradeArgs {
     #[arg(long, requires = "submission", conflicts_with_all = ["threads", "output"])]
     watch: bool,
 
-    /// Write a report (repeatable): text, json or junit, with =FILE to a file, else to standard output; html=DIR;
+    /// Write a report (repeatable): text, json or junit, with =FILE to a file, else to standard output; html=PATH;
     /// gradescope=FILE; prairielearn=FILE; classroom50=FILE; or github, in a step of GitHub Actions
     #[arg(long, value_name = "KIND[=FILE]", value_parser = ReportArg::parse, conflicts_with_all = ["format", "output"])]
     report: Vec<ReportArg>,
@@ -65,8 +65,9 @@ pub(crate) struct GradeArgs {
     #[command(flatten)]
     only_report: ReportArgs<Format>,
 
-    /// Write the report as pages to this folder too, with the motion of every scene; same as --report html=DIR
-    #[arg(long, value_name = "DIR")]
+    /// Write the report as pages too, with the motion of every scene: to a folder, or all in one file if the name ends
+    /// in .html; same as --report html=PATH
+    #[arg(long, value_name = "PATH")]
     html: Option<PathBuf>,
 
     /// Gradescope's submission_metadata.json: when the submission came in, its deadline, earlier points
@@ -77,7 +78,7 @@ pub(crate) struct GradeArgs {
     judge: JudgeArgs,
 
     #[command(flatten)]
-    details: DetailsArgs,
+    verbose: VerboseArgs,
 
     #[command(flatten)]
     suite: SuiteArgs,
@@ -164,7 +165,7 @@ impl GradeArgs {
             complain("note", format!("{} of {total} scenes are graded", inputs.suite.cases.len()));
         }
         let oracle = open_oracle(&inputs.expected)?;
-        let reports = Reports::open(self.reports(), self.details.details)?;
+        let reports = Reports::open(self.reports(), self.verbose.amount(), self.arguments())?;
         if self.fail_fast.is_some() && !(reports.can_be_partial() && platforms.is_empty()) {
             return Err(Stop::bad_input(
                 "--fail-fast ends a run before it is complete\n  help: it works with text reports",
@@ -195,9 +196,7 @@ impl GradeArgs {
         if is_whole && !grading.is_own && grading.interrupted.is_none() {
             grading.fitting = inputs.fitting(&grading);
         }
-        if let Some(record) = &record {
-            last_failed::store(record, &grading);
-        }
+        grading.since = record.as_deref().and_then(|record| last_failed::store(record, &grading));
         let shown = Shown {
             grading: &grading,
             times: &times,
@@ -213,7 +212,7 @@ impl GradeArgs {
             return Ok(Exit::Failed);
         }
         reports.write(shown)?;
-        platforms.write(shown, metadata.as_ref(), self.details.details)?;
+        platforms.write(shown, metadata.as_ref(), self.verbose.details())?;
         for (time, scene) in slowest(&times, self.durations.unwrap_or(0)) {
             complain("note", format!("{:8.3} s  {scene}", time.as_secs_f64()));
         }
@@ -223,6 +222,24 @@ impl GradeArgs {
             GradingOutcome::Failed => Exit::Failed,
             GradingOutcome::GraderFault => Exit::GraderFault,
         })
+    }
+
+    /// The submission and the options by which other commands find and run it; `None` for the built-in simulator.
+    fn arguments(&self) -> Option<String> {
+        let path = self.submission.as_ref().or(self.traces.as_ref())?;
+        let mut words = vec![quoted(path)];
+        let SuiteArgs { root, pack, .. } = &self.suite;
+        let named = [
+            ("--assignment", self.judge.assignment.as_ref().map(PathBuf::from)),
+            ("--pack", pack.pack.clone()),
+            ("--root", root.root.clone()),
+        ];
+        for (option, value) in named {
+            words.extend(value.map(|value| format!("{option} {}", quoted(&value))));
+        }
+        words.extend(self.run.readable.iter().map(|path| format!("--readable {}", quoted(path))));
+        words.extend(self.run.unprotected.then(|| "--unprotected".to_owned()));
+        Some(words.join(" "))
     }
 
     /// The submission, and, if it runs programs, the protections in force.
@@ -257,4 +274,11 @@ impl GradeArgs {
         }
         chosen
     }
+}
+
+/// A path as a word of a shell.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./+,:@=%".contains(c);
+    if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
 }

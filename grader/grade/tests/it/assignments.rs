@@ -165,9 +165,10 @@ fn unfilled_skeleton_gets_its_first_task() {
     let Run { code, stdout: printed, .. } = graded(&submission, &[]);
     assert_eq!(code, 1, "{printed}");
     assert!(printed.lines().count() <= 40, "{printed}");
-    assert!(printed.starts_with("Findings\n  Not implemented: "), "{printed}");
+    assert!(printed.contains("\nFindings\n  Not implemented: "), "{printed}");
     assert!(printed.contains("Implemented: free motion"), "{printed}");
-    assert!(printed.contains("; next: free motion under symplectic-euler, scene "), "{printed}");
+    let next = "\nNext\n  when your program has free motion under symplectic-euler:\n    grade ";
+    assert!(printed.contains(next), "{printed}");
 }
 
 #[needs("command -v c++")]
@@ -257,7 +258,7 @@ fn failed_scenes_can_be_regraded_and_runs_cut_short() {
     assert_eq!(notes.matches(" s  ").count(), 2, "{notes}");
     let (code, text, notes) = grade(&["--last-failed"]);
     assert!(notes.contains("2 of 6 scenes are graded"), "{notes}");
-    assert!(code == 1 && text.contains("0/2 scenes"), "{text}");
+    assert!(code == 1 && text.contains(" 0/2 "), "{text}");
     let (code, text, notes) = grade(&["--fail-fast", "1"]);
     assert!(code == 1 && text.contains("no score"), "{text}");
     assert!(notes.contains("ended by --fail-fast"), "{notes}");

@@ -6,7 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use test_support::root;
 
-use crate::folder::Folder;
+#[cfg(target_os = "linux")]
+use crate::agreement;
+use crate::folder::{self, Folder};
+use crate::student;
+use needs::needs;
 
 use grader::rubric::Rubric;
 use grader::suite::assignment::{self, Assignment};
@@ -114,6 +118,7 @@ fn links_in_documents_resolve() {
     }
 }
 
+/// Every page counts the scenes that `grade` grades where nothing else is asked for, those without points included.
 #[test]
 fn counts_in_documents_match_the_suite() {
     let sections = [(Section::Required, "assets"), (Section::ExtraCredit, "extracreditassets")]
@@ -123,21 +128,28 @@ fn counts_in_documents_match_the_suite() {
     let mut all = Assignment::load(&root().join("assets/assignments"), assignment::ALL).unwrap();
     all.narrow(&mut suite).unwrap();
     rubric.assign(all);
-    let counts = [Section::Required, Section::ExtraCredit].map(|section| {
+    let [points, extra_points] = [Section::Required, Section::ExtraCredit].map(|section| {
         let of_section = suite.cases.iter().filter(|case| case.feature.section == section);
-        let scenes = of_section.clone().count();
         let features: BTreeSet<&Feature> = of_section.map(|case| &case.feature).collect();
-        let points: f64 = features.iter().map(|feature| rubric.points(feature)).sum();
-        [scenes, features.len(), points as usize]
+        features.iter().map(|feature| rubric.points(feature)).sum::<f64>() as usize
     });
-    let report = document("docs/students.md");
-    let stated = ["  Required ", "  Extra credit "].map(|title| {
-        let line = report.lines().find(|line| line.starts_with(title) && line.ends_with(" points"));
-        let line = line.unwrap_or_else(|| panic!("docs/students.md has no line {title}… points"));
-        let pairs = line.split_whitespace().filter_map(|word| word.split_once('/'));
-        let counts: Vec<usize> = pairs.map(|(_, of)| of.parse().unwrap()).collect();
-        <[usize; 3]>::try_from(counts).unwrap()
-    });
+    let counts = [points, extra_points, suite.cases.len()];
+    let run = folder::grade(root(), &["--no-jacobians"]);
+    let graded: usize = ["Required", "Extra", "Without"]
+        .map(|title| {
+            let line = run.stdout.lines().find(|line| line.trim_start().starts_with(title));
+            let mut pairs =
+                line.unwrap().split_whitespace().filter_map(|word| word.split_once('/'));
+            pairs.next().unwrap().1.parse::<usize>().unwrap()
+        })
+        .iter()
+        .sum();
+    assert_eq!(graded, suite.cases.len(), "{}", run.stdout);
+    let class = document("docs/teaching.md");
+    let row = class.lines().find(|line| line.starts_with("  ada  ")).unwrap();
+    let pairs = row.split_whitespace().filter_map(|word| word.split_once('/'));
+    let stated: Vec<usize> = pairs.take(3).map(|(_, of)| of.parse().unwrap()).collect();
+    let stated = <[usize; 3]>::try_from(stated).unwrap();
     for ((page, old), (_, new)) in counts_in_words(stated).into_iter().zip(counts_in_words(counts))
     {
         let text = document(page);
@@ -159,29 +171,63 @@ fn counts_in_documents_match_the_suite() {
     }
 }
 
-/// Pages, and what each says of the scenes, features and points of the required part and of extra credit.
-fn counts_in_words([required, extra]: [[usize; 3]; 2]) -> Vec<(&'static str, String)> {
-    let scenes = required[0] + extra[0];
-    let [points, extra_points] = [required[2], extra[2]];
-    let together = points + extra_points;
-    let sums = [required, extra].map(|[scenes, features, points]| {
-        format!(
-            "{scenes}/{scenes} scenes  {features}/{features} features  {points}/{points} points"
-        )
-    });
-    let mut words: Vec<_> = sums.into_iter().map(|sum| ("docs/students.md", sum)).collect();
-    words.push(("README.md", format!("Spring Oracle has {scenes} scenes,")));
-    words.push((
-        "docs/students.md",
-        format!(
-            "Score {points} of {points} points, and {extra_points} of {extra_points} for extra credit: {together} together"
-        ),
-    ));
-    for count in [points, extra_points, scenes] {
+/// Pages, and what each says of the points of the required part, those of extra credit, and the scenes.
+fn counts_in_words(counts: [usize; 3]) -> Vec<(&'static str, String)> {
+    let [points, extra_points, scenes] = counts;
+    let mut words = vec![
+        ("README.md", format!("Spring Oracle has {scenes} scenes,")),
+        ("docs/teaching.md", format!("  scenes: {scenes} of {scenes}")),
+        ("docs/teaching.md", format!(" {}  {scenes}/{scenes} ", points + extra_points)),
+    ];
+    for count in counts {
         let cells = [format!(" {count}/{count} "), format!(" 0/{count} ")];
         words.extend(cells.map(|cell| ("docs/teaching.md", cell)));
     }
     words
+}
+
+/// The reports that documents show are those of `grade`, to the letter.
+#[needs("command -v cc")]
+#[cfg(target_os = "linux")]
+#[test]
+fn sample_reports_are_those_of_grade() {
+    let folder = agreement::mistaken("", "drag without its Jacobian");
+    let report = folder.grade(&["my-simulator", "--assignment", "t1m3"]).stdout;
+    let (_, findings) = report.split_once("\nFindings\n").unwrap();
+    hold_sample("docs/students.md", "This is the report of a program", &report);
+    hold_sample(
+        "README.md",
+        "This is how the report of a program",
+        &format!("Findings\n{findings}"),
+    );
+    // Knows free motion alone, and prints what it lacks.
+    let folder = Folder::new();
+    student::compile(&folder.path("skeleton"), "");
+    folder.write(
+        "skeleton/run.sh",
+        "grep -q '<simplegravity' \"$2\" && { echo 'unknown force simplegravity' >&2; exit 77; }\n\
+         exec \"$(dirname \"$0\")/student\" \"$@\"\n",
+    );
+    folder.write("skeleton/submission.toml", &agreement::manifest("skeleton"));
+    let report = folder.grade(&["skeleton", "--assignment", "t1m2"]).stdout;
+    let (_, findings) = report.split_once("\nFindings\n").unwrap();
+    hold_sample("docs/students.md", "For an unfinished program", &format!("Findings\n{findings}"));
+}
+
+/// Holds the sample below the line of a document that begins with these words, or writes it.
+fn hold_sample(name: &str, words: &str, expected: &str) {
+    let _held = DOCUMENTS.lock();
+    let path = root().join(name);
+    let text = fs::read_to_string(&path).unwrap();
+    let line = text.find(words).unwrap_or_else(|| panic!("{name} lacks {words:?}"));
+    let start = line + text[line..].find("```text\n").unwrap() + "```text\n".len();
+    let end = start + text[start..].find("```").unwrap();
+    if is_updating() {
+        fs::write(path, format!("{}{expected}{}", &text[..start], &text[end..])).unwrap();
+        return;
+    }
+    let help = "`UPDATE_DOCS=1 cargo test --release -p grade --test it docs::` writes the sample";
+    assert_eq!(&text[start..end], expected, "{name} is not up to date; {help}");
 }
 
 /// Whether documents are to be written, and not compared.

@@ -99,8 +99,10 @@ fn hidden_scenes_of_an_assignment_are_those_with_points() {
     let made =
         generate(folder.path(), &[&arguments[..], &["--seed", "5", "-o", "hidden"]].concat());
     assert!(made.code == 0, "{}", made.stderr);
-    let graded =
-        grade(folder.path(), &[&arguments[..], &["--hidden", "hidden", "--no-jacobians"]].concat());
+    let graded = grade(
+        folder.path(),
+        &[&arguments[..], &["--hidden", "hidden", "--no-jacobians", "--verbose"]].concat(),
+    );
     let shown = graded.stdout;
     let counts: Vec<&str> = shown
         .lines()

@@ -2,6 +2,8 @@
 
 mod accuracy;
 #[cfg(target_os = "linux")]
+mod agreement;
+#[cfg(target_os = "linux")]
 mod altered;
 #[cfg(target_os = "linux")]
 mod assignments;

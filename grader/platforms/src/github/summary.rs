@@ -5,7 +5,7 @@ use std::io;
 use grader::grading::points;
 use grader::grading::{FeatureResult, Grading};
 use grader::suite::Section;
-use report::text::{self, TextOptions};
+use report::text;
 
 /// Bytes of a summary that a step may write, with room for what other programs of the step write.
 const MOST: usize = 900 * 1024;
@@ -28,7 +28,7 @@ pub fn render(grading: &Grading, details: usize) -> io::Result<String> {
     }
     let mut failures = Vec::new();
     let scenes = grading.features.iter().flat_map(|result| &result.scenes);
-    text::write_scenes(&mut failures, scenes, TextOptions { details })?;
+    text::write_scenes(&mut failures, scenes, details)?;
     let failures = plain(failures)?;
     if !failures.trim().is_empty() {
         let room = MOST.saturating_sub(summary.len());

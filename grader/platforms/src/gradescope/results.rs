@@ -9,7 +9,7 @@ use grader::grading::{Credit, FeatureResult, Grading, Hidden, SceneResult};
 use grader::rubric::late::{PlatformRule, SubmissionLimit, Visibility};
 use grader::suite::Section;
 use report::SceneTimes;
-use report::text::{self, TextOptions};
+use report::text;
 use serde::Serialize;
 
 use super::score::Score;
@@ -122,7 +122,7 @@ impl Results<'_> {
         let mut out = Vec::new();
         if same.is_some() {
             let scenes = self.grading.features.iter().flat_map(|result| &result.scenes);
-            text::write_scenes(&mut out, scenes, TextOptions { details: 1 })?;
+            text::write_scenes(&mut out, scenes, 1)?;
         }
         text::write_overview(&mut out, self.grading)?;
         let mut overview = utf8(out)?;
@@ -166,11 +166,7 @@ impl Results<'_> {
         if !result.scenes.is_empty() {
             let mut out = Vec::new();
             if !is_told {
-                text::write_scenes(
-                    &mut out,
-                    result.scenes.iter(),
-                    TextOptions { details: usize::MAX },
-                )?;
+                text::write_scenes(&mut out, result.scenes.iter(), usize::MAX)?;
             }
             let head = crate::passed(result) + ".\n";
             tests.push(Test {

@@ -10,7 +10,7 @@ use std::io;
 use grader::grading::{Credit, FeatureResult, Grading, SceneResult, points};
 use grader::suite::Section;
 use grader::verdict::{Failure, Verdict};
-use report::text::{self, TextOptions};
+use report::text;
 use serde::Serialize;
 
 use super::pictures::{self, Image};
@@ -133,7 +133,7 @@ fn test(result: &FeatureResult, grading: &Grading) -> io::Result<Test> {
     let mut output = Vec::new();
     let failed = |scene: &&SceneResult| !scene.comparison.verdict.is_pass();
     let failed = result.scenes.iter().filter(failed);
-    text::write_scenes(&mut output, failed, TextOptions { details: usize::MAX })?;
+    text::write_scenes(&mut output, failed, usize::MAX)?;
     let hidden = match result.hidden.n_scenes() {
         0 => String::new(),
         all => format!("; {} of {all} hidden scenes", result.hidden.n_passed()),

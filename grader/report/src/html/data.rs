@@ -32,6 +32,8 @@ struct SceneData<'a> {
     positions: String,
     /// Empty where the submission agrees with the oracle to the eye.
     differences: String,
+    /// The forces at the states of the frames; empty where none acts.
+    forces: String,
     /// Frames of the submission.
     n_got: usize,
     residuals: [Series; 2],
@@ -116,6 +118,11 @@ pub(super) fn render(
         unit: recording.unit,
         positions: base64(&recording.positions),
         differences: if is_same { String::new() } else { base64(&recording.differences) },
+        forces: if recording.forces.iter().all(|half| half << 1 == 0) {
+            String::new()
+        } else {
+            base64(&recording.forces)
+        },
         n_got: recording.differences.len() / coordinates,
         residuals: [
             Series::of(recording.residuals.iter().map(|each| each.position)),

@@ -1,15 +1,13 @@
 //! Findings of a submission, each with its proof.
 
-use std::collections::BTreeMap;
 use std::io;
 
 use diagnosis::findings::{Finding, TaskFinding};
 use grader::grading::{Grading, SceneResult};
-use grader::probe;
-use grader::verdict::Verdict;
 
 use super::page::Html;
 use super::scene_address;
+use crate::remarks::{self, Unexplained, scenes};
 
 /// Number of scenes that are linked as the proof of a finding.
 const LINKED: usize = 6;
@@ -33,26 +31,18 @@ pub(super) fn write(html: &mut Html, grading: &Grading) -> io::Result<()> {
     for TaskFinding { task, verdict } in &grading.findings.tasks {
         items.markup("<li>").text(&format!("Task {}: {verdict}", task.name())).markup("</li>");
     }
-    for (name, scenes) in unexplained(grading) {
-        let words = format!("{} without a known cause ({name}): ", counted(scenes.len(), "scene"));
-        items.markup("<li>").text(&words);
+    for Unexplained { words, scenes } in remarks::unexplained(grading) {
+        items.markup("<li>").text(&words).markup(": ");
         link_scenes(&mut items, &scenes);
         items.markup("</li>");
     }
-    if let Some(probing) = &grading.probing {
-        let wrong = probing.parts.iter().filter(|part| part.verdict() == probe::Verdict::Wrong);
-        for part in wrong {
-            let names = part.findings().filter(|(_, each)| each.verdict == probe::Verdict::Wrong);
-            let names: Vec<&str> = names.map(|(name, _)| name).collect();
-            let space = part.dimension.count();
-            let words = format!("{} {}, {space}D: {} ", part.force, part.part, names.join(", "));
-            items.markup("<li>Measured from single steps: <strong>").text(&words);
-            items.markup("wrong</strong>");
-            for mistake in &part.diagnosis {
-                items.markup("; ").text(mistake);
-            }
-            items.markup(" (").link("jacobians.html", "the numbers").markup(")</li>");
+    for (part, words) in remarks::measured(grading) {
+        items.markup("<li>Measured from single steps: <strong>").text(&words);
+        items.markup("wrong</strong>");
+        for mistake in &part.diagnosis {
+            items.markup("; ").text(mistake);
         }
+        items.markup(" (").link("jacobians.html", "the numbers").markup(")</li>");
     }
     let wrong = grading.jacobians.forces.iter().filter(|check| check.is_wrong());
     for check in wrong {
@@ -67,39 +57,10 @@ pub(super) fn write(html: &mut Html, grading: &Grading) -> io::Result<()> {
     Ok(())
 }
 
-/// `1 scene`, `2 scenes`.
-pub(super) fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-fn scenes(grading: &Grading) -> impl Iterator<Item = &SceneResult> {
-    grading.features.iter().flat_map(|feature| &feature.scenes)
-}
-
 /// The causes of a scene's wrong trace, where they are known.
 pub(super) fn cause(scene: &SceneResult) -> Option<String> {
     let causes = &scene.diagnosis.as_ref()?.causes;
     (!causes.is_empty()).then(|| causes.join("; "))
-}
-
-/// The scenes that no finding explains, by verdict.
-fn unexplained(grading: &Grading) -> Vec<(String, Vec<&SceneResult>)> {
-    let mut found: BTreeMap<String, Vec<&SceneResult>> = BTreeMap::new();
-    let is_explained =
-        |scene: &&SceneResult| grading.findings.list.iter().any(|f| f.scenes.contains(&scene.id));
-    for scene in scenes(grading).filter(|scene| !is_explained(scene)) {
-        if !matches!(scene.comparison.verdict, Verdict::Pass) {
-            let name = scene.comparison.verdict.name().replace('-', " ");
-            found.entry(name).or_default().push(scene);
-        }
-    }
-    by_frequency(found)
-}
-
-fn by_frequency(found: BTreeMap<String, Vec<&SceneResult>>) -> Vec<(String, Vec<&SceneResult>)> {
-    let mut found: Vec<_> = found.into_iter().collect();
-    found.sort_by_key(|(_, scenes)| std::cmp::Reverse(scenes.len()));
-    found
 }
 
 fn link_scenes(html: &mut Html, scenes: &[&SceneResult]) {

@@ -10,6 +10,7 @@ use grader::verdict::{Verdict, number};
 
 use super::page::{Html, Page};
 use super::{findings, scene_address};
+use crate::remarks;
 use crate::text::{self, Audience};
 
 /// The page.
@@ -39,7 +40,7 @@ fn verdict(html: &mut Html, grading: &Grading) -> io::Result<()> {
                 GradingOutcome::Failed => "bad",
                 GradingOutcome::GraderFault => "odd",
             };
-            (class, text::outcome(grading).to_owned())
+            (class, text::outcome(grading))
         }
     };
     html.element("h1", &[], &grading.submission.line());
@@ -54,6 +55,9 @@ fn verdict(html: &mut Html, grading: &Grading) -> io::Result<()> {
     if grading.interrupted.is_none() {
         html.lines(|out| text::write_score(out, grading))?;
         html.lines(|out| text::write_adjustments(out, grading))?;
+    }
+    if let Some(since) = grading.since.as_ref().and_then(remarks::since) {
+        html.element("li", &[], &since);
     }
     for section in Section::ALL {
         let totals = grading.totals(section);
@@ -160,6 +164,7 @@ fn feature(html: &mut Html, result: &FeatureResult, grading: &Grading, is_hidden
     html.element("td", &[("class", "number")], &points);
     let (class, words) = match result.has_faults() {
         true => ("odd", "not judged"),
+        false if result.is_lacking() => ("lack", "not implemented"),
         false if result.is_pass() => ("good", "pass"),
         false if !result.partial && result.has_passes() => ("bad", "fail (all or nothing)"),
         false => ("bad", "fail"),
@@ -171,6 +176,7 @@ fn feature(html: &mut Html, result: &FeatureResult, grading: &Grading, is_hidden
 pub(super) fn sign(verdict: &Verdict) -> (&'static str, &'static str) {
     match verdict {
         Verdict::Pass => ("good", "✓"),
+        Verdict::Fail(_) if verdict.is_lack() => ("lack", "–"),
         Verdict::Fail(_) => ("bad", "✗"),
         Verdict::GraderFault(_) => ("odd", "?"),
     }
@@ -189,7 +195,7 @@ fn scenes(html: &mut Html, grading: &Grading) {
     html.markup(
         "<form class=\"filters\" role=\"search\"><label>Show <select name=\"verdict\"><option value=\"\">all</option>\
          <option value=\"bad\">failed</option><option value=\"good\">passed</option>\
-         <option value=\"odd\">not judged</option></select></label> <label>containing \
+         <option value=\"lack\">not implemented</option><option value=\"odd\">not judged</option></select></label> <label>containing \
          <input type=\"search\" name=\"text\" autocomplete=\"off\"></label> <output></output></form>",
     );
     html.markup("<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-labelledby=\"scenes\"><table><thead><tr>");
@@ -203,7 +209,13 @@ fn scenes(html: &mut Html, grading: &Grading) {
         let (class, sign) = sign(verdict);
         html.open("tr", &[("data-verdict", class)]).markup("<th scope=\"row\">");
         html.link(&scene_address(&scene.id), &scene.id).markup("</th>");
-        let name = format!("{sign} {}", verdict.name().replace('-', " "));
+        let is_in = |list: &[String]| list.contains(&scene.id);
+        let before = match &grading.since {
+            Some(since) if is_in(&since.mended) => " (failed before)",
+            Some(since) if is_in(&since.broken) => " (passed before)",
+            _ => "",
+        };
+        let name = format!("{sign} {}{before}", verdict.name().replace('-', " "));
         html.element("td", &[("class", class)], &name).markup("<td class=\"spare\">");
         if let Some(first) = &scene.comparison.first_wrong {
             html.text(&format!("step {}, t = {} s", first.place.step, number(first.time)));

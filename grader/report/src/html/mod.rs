@@ -5,6 +5,7 @@
 //! DIR/jacobians.html           verdicts, blocks as heat maps                  jacobians.rs, chart.rs
 //! DIR/scenes/GROUP/SCENE.html  motion, residuals, energies, numbers           scene.rs, data.rs
 //! DIR/assets/                  scripts and styles, embedded in the program    assets/
+//! FILE.html                    all of these in one file that can be sent      bundle.rs
 //! ```
 //!
 //! Pages are plain files that work from the file system and from any web server, and request nothing but the assets
@@ -20,6 +21,7 @@ pub mod chart;
 
 pub mod gallery;
 
+mod bundle;
 mod class;
 mod data;
 mod findings;
@@ -29,9 +31,10 @@ mod scene;
 
 use std::io;
 
-use grader::grading::Grading;
+use grader::grading::{Grading, SceneResult};
 use grader::suite::Suite;
 
+pub use bundle::bundle;
 pub use class::{ClassResult, SUBMISSIONS, class};
 pub use jacobians::{jacobians, probing};
 use page::address;
@@ -97,12 +100,20 @@ pub fn submission(
     let scenes: Vec<_> = grading.features.iter().flat_map(|feature| &feature.scenes).collect();
     for (number, scene) in scenes.iter().enumerate() {
         let Some(case) = suite.cases.iter().find(|case| case.id == scene.id) else { continue };
-        let beside = [number.checked_sub(1), Some(number + 1)]
+        let [before, after] = [number.checked_sub(1), Some(number + 1)]
             .map(|number| number.and_then(|number| scenes.get(number)).copied());
+        let mut others = scenes[number + 1..].iter().chain(&scenes[..number]).copied();
+        let beside = [before, after, others.find(|scene| is_wrong(scene))];
         let page = scene::render(case, scene, beside, &name)?;
         sink(&scene_file(&scene.id), &page)?;
     }
     Ok(())
+}
+
+/// Whether a scene failed, other than by a feature that is not there.
+fn is_wrong(scene: &SceneResult) -> bool {
+    let verdict = &scene.comparison.verdict;
+    !verdict.is_pass() && !verdict.is_lack()
 }
 
 /// The file of a scene's page.

@@ -13,7 +13,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self' file:; style-src 'se
                       base-uri 'none'; form-action 'none'";
 
 /// Scripts of every page, in the order in which they are loaded.
-const SCRIPTS: [&str; 8] = [
+pub(super) const SCRIPTS: [&str; 8] = [
     "base.js",
     "chart.js",
     "gestures.js",
@@ -121,6 +121,11 @@ impl Html {
         let plain = anstream::adapter::strip_str(&text).to_string();
         self.element("pre", &[("tabindex", "0")], &plain);
         Ok(())
+    }
+
+    /// The text.
+    pub(super) fn into_string(self) -> String {
+        self.0
     }
 
     /// Whether nothing was added.

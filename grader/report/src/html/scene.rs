@@ -2,62 +2,84 @@
 
 use std::fs;
 
+use diagnosis::explanation::{Contribution, Explanation};
 use grader::boundary::own_file;
 use grader::compare::FirstWrong;
 use grader::grading::SceneResult;
 use grader::suite::{Case, SceneFile};
 use grader::verdict::number;
 
-use super::findings::counted;
 use super::front::sign;
 use super::page::{Html, Page, address};
 use super::{data, findings};
 use crate::digits::{self, DiffLine, LineKind};
+use crate::remarks::counted;
 use crate::text;
 
 /// Largest scene file that is shown, in bytes.
 const SHOWN: u64 = 20_000;
 
-/// The page. `beside` are the scenes before and after it.
+/// The page. `beside` are the scenes before and after it, and the next one that failed.
 ///
 /// # Errors
 /// Never in practice: every value has a JSON form.
 pub(super) fn render(
     case: &Case,
     result: &SceneResult,
-    beside: [Option<&SceneResult>; 2],
+    beside: [Option<&SceneResult>; 3],
     submission: &str,
 ) -> serde_json::Result<Vec<u8>> {
     let depth = 1 + case.id.matches('/').count();
     let up = "../".repeat(depth);
     let mut html = Html::default();
-    heading(&mut html, case, result);
+    let verdict = &result.comparison.verdict;
+    html.element("h1", &[], &case.id);
+    let mut links = Html::default();
+    links.markup("<nav class=\"beside\" aria-label=\"Other scenes\">");
+    for (scene, words) in beside.into_iter().zip(["Previous: ", "Next: ", "Next that failed: "]) {
+        if let Some(scene) = scene {
+            let href = format!("{up}{}", super::scene_address(&scene.id));
+            links.link(&href, &format!("{words}{}", scene.id));
+        }
+    }
+    links.markup("</nav>");
+    html.append(&links);
+    if let Some(description) = &case.scene.description {
+        html.element("p", &[("class", "description")], description);
+    }
+    let is_pass = verdict.is_pass();
+    html.open("div", &[("class", if is_pass { "" } else { "explained" })]);
+    html.markup("<div class=\"finding\">");
+    finding(&mut html, result);
+    html.markup("</div>\n");
+    if result.recording.is_some() {
+        html.markup(
+            "<section class=\"motion\" aria-labelledby=\"motion\"><h2 id=\"motion\">Motion</h2>",
+        );
+        html.markup("<noscript><p>The motion and the diagrams need JavaScript; the numbers below do not.</p></noscript>");
+        html.markup("<div id=\"player\"></div></section>\n");
+    }
+    let explanation = result.diagnosis.as_ref().and_then(|found| found.explanation.as_ref());
+    if let Some(explanation) = explanation.filter(|_| !is_pass) {
+        equation(&mut html, explanation);
+    }
+    html.markup("</div>\n");
     if let Some(recording) = &result.recording {
-        motion(&mut html, result);
+        charts(&mut html, result);
         html.data("recording", &data::render(case, result, recording)?);
     }
     if let Some(first) = &result.comparison.first_wrong {
         first_wrong(&mut html, first);
     }
     about(&mut html, case);
-    html.markup("<nav class=\"beside\" aria-label=\"Other scenes\">");
-    for (scene, words) in beside.into_iter().zip(["Previous scene: ", "Next scene: "]) {
-        if let Some(scene) = scene {
-            let href = format!("{up}{}", super::scene_address(&scene.id));
-            html.link(&href, &format!("{words}{}", scene.id));
-        }
-    }
-    html.markup("</nav>");
+    html.append(&links);
     let above = [(format!("{up}{}", address("index.html")), submission.to_owned())];
     Ok(Page { title: &case.id, depth, above: &above }.render(&html))
 }
 
-fn heading(html: &mut Html, case: &Case, result: &SceneResult) {
+/// Adds the verdict and its cause.
+fn finding(html: &mut Html, result: &SceneResult) {
     let verdict = &result.comparison.verdict;
-    html.element("h1", &[], &case.id);
-    if let Some(description) = &case.scene.description {
-        html.element("p", &[("class", "description")], description);
-    }
     let (class, sign) = sign(verdict);
     let name = verdict.name().replace('-', " ");
     html.open("div", &[("class", &format!("verdict {class}"))]);
@@ -84,11 +106,94 @@ fn heading(html: &mut Html, case: &Case, result: &SceneResult) {
     html.markup("</div>\n");
 }
 
-/// Adds the places that the scripts fill.
-fn motion(html: &mut Html, result: &SceneResult) {
-    html.markup("<section aria-labelledby=\"motion\"><h2 id=\"motion\">Motion</h2>");
-    html.markup("<noscript><p>The motion and the diagrams need JavaScript; the numbers below do not.</p></noscript>");
-    html.markup("<div id=\"player\"></div></section>\n");
+/// Adds the first step that is wrong by itself, with its numbers in the equation of the method.
+fn equation(html: &mut Html, explanation: &Explanation) {
+    let Explanation { step, time, particle, before, after, right, balance } = explanation;
+    html.markup("<section class=\"equation\" aria-labelledby=\"equation\"><h2 id=\"equation\">First wrong step</h2><p>");
+    html.text(&format!(
+        "Step {step}, from t = {} s, particle {particle}, from the submission's own state before it.",
+        number(*time)
+    ));
+    html.markup("</p>");
+    let mut states = vec![
+        Row::of("x before", &before[0]),
+        Row::of("v before", &before[1]),
+        Row::of("x after, yours", &after[0]),
+        Row::of("v after, yours", &after[1]),
+    ];
+    if let Some([x, v]) = right {
+        states.extend([Row::of("x after, right", x), Row::of("v after, right", v)]);
+    }
+    table(html, "States of the particle", &states);
+    let Some(balance) = balance else {
+        html.markup("</section>\n");
+        return;
+    };
+    html.markup("<p>The equation of the step, with these numbers: <strong>");
+    html.text(balance.equation).markup("</strong></p>");
+    let mut rows = vec![Row::of("M (v' − v)", &balance.inertia)];
+    for Contribution { name, right, with_mistakes } in &balance.terms {
+        let with = with_mistakes.as_ref().filter(|with| *with != right);
+        if [Some(right), with].into_iter().flatten().any(|values| values.iter().any(|v| *v != 0.0))
+        {
+            rows.push(Row::of(name, right));
+            rows.extend(
+                with.map(|with| Row { is_mistaken: true, ..Row::of("with the mistake", with) }),
+            );
+        }
+    }
+    rows.push(Row::of("sum, 0 if right", &balance.rest));
+    rows.extend(
+        balance
+            .rest_with_mistakes
+            .as_ref()
+            .map(|rest| Row { is_mistaken: true, ..Row::of("sum, with the mistake", rest) }),
+    );
+    if balance.moves_otherwise {
+        rows.push(Row::of("off the rule for x'", &balance.drift));
+    }
+    table(html, "Terms of the equation", &rows);
+    html.markup("</section>\n");
+}
+
+/// Numbers of a vector, with a name.
+struct Row<'a> {
+    name: &'a str,
+    values: &'a [f64],
+    /// Whether it is of the proven mistake.
+    is_mistaken: bool,
+}
+
+impl<'a> Row<'a> {
+    fn of(name: &'a str, values: &'a [f64]) -> Self {
+        Self { name, values, is_mistaken: false }
+    }
+}
+
+fn table(html: &mut Html, label: &str, rows: &[Row<'_>]) {
+    html.open(
+        "div",
+        &[("class", "wide"), ("tabindex", "0"), ("role", "region"), ("aria-label", label)],
+    );
+    html.markup("<table><thead><tr><td></td>");
+    let axes = rows.first().map_or(0, |row| row.values.len());
+    for axis in ["x", "y", "z"].iter().take(axes) {
+        html.element("th", &[("scope", "col"), ("class", "number")], axis);
+    }
+    html.markup("</tr></thead><tbody>");
+    for Row { name, values, is_mistaken } in rows {
+        html.open("tr", &[("class", if *is_mistaken { "mistaken" } else { "" })]);
+        html.element("th", &[("scope", "row")], name);
+        for value in *values {
+            html.element("td", &[], &format!("{value:.4e}").replace('-', "−"));
+        }
+        html.markup("</tr>");
+    }
+    html.markup("</tbody></table></div>");
+}
+
+/// Adds the places of the diagrams, which the scripts fill.
+fn charts(html: &mut Html, result: &SceneResult) {
     if result.comparison.is_compared() {
         html.markup("<section aria-labelledby=\"residuals\"><h2 id=\"residuals\">Residuals</h2>");
         html.markup("<p class=\"hint\">The largest distance of a particle from the oracle's, at each state.</p>");
@@ -128,7 +233,8 @@ fn first_wrong(html: &mut Html, first: &FirstWrong) {
         html.text(&text[..common]).element("mark", &[], &text[common..]).markup("</td></tr>");
     }
     html.markup("</tbody></table>");
-    let columns = match first.context.first().map_or(0, |row| row.expected.len()) {
+    let numbers = first.context.first().map_or(0, |row| row.expected.len());
+    let columns = match numbers {
         6 => "x y z vx vy vz",
         _ => "x y vx vy",
     };
@@ -139,7 +245,7 @@ fn first_wrong(html: &mut Html, first: &FirstWrong) {
         "Step, {columns}; − expected, + got, marked from the first digit that differs."
     ));
     html.markup("</p><pre class=\"diff\" tabindex=\"0\">");
-    for DiffLine { kind, pieces } in digits::context(first) {
+    for DiffLine { kind, pieces } in digits::context(first, 0..numbers) {
         let (class, sign) = match kind {
             LineKind::Same => ("same", " "),
             LineKind::Expected => ("expected", "−"),

@@ -142,8 +142,9 @@ Report.chart = function (host, options) {
     return found;
   }
 
-  function label(value, log) {
-    if (!log) return Report.short(Math.abs(value) < 1e-12 * Math.abs(yRange[1]) ? 0 : value, 5).replace("-", "−");
+  /* The text of a tick; sums of steps that are zero but for rounding, against the range of their own axis, are zero. */
+  function label(value, [low, high], log) {
+    if (!log) return Report.short(Math.abs(value) < 1e-12 * (high - low) ? 0 : value, 5).replace("-", "−");
     const power = Math.round(Math.log10(value));
     return power >= -2 && power <= 3 ? String(10 ** power).slice(0, 6) : `1e${power}`.replace("-", "−");
   }
@@ -175,7 +176,7 @@ Report.chart = function (host, options) {
       const y = scale.y(value);
       if (zeros && y > bottom - 12) continue;
       parts.push(Report.svg("line", { class: "grid", x1: margin.left, x2: margin.left + inner.width, y1: y, y2: y }));
-      parts.push(text({ x: margin.left - 7, y: y + 4, "text-anchor": "end" }, label(value, options.yLog)));
+      parts.push(text({ x: margin.left - 7, y: y + 4, "text-anchor": "end" }, label(value, yRange, options.yLog)));
     }
     if (zeros) {
       parts.push(text({ x: margin.left - 7, y: bottom + 4, "text-anchor": "end" }, "0"));
@@ -183,7 +184,7 @@ Report.chart = function (host, options) {
     for (const value of ticks(xRange, options.xLog, Math.max(3, Math.floor(inner.width / 90)))) {
       const x = scale.x(value);
       parts.push(Report.svg("line", { class: "grid", x1: x, x2: x, y1: margin.top, y2: bottom }));
-      parts.push(text({ x, y: bottom + 16, "text-anchor": "middle" }, label(value, options.xLog)));
+      parts.push(text({ x, y: bottom + 16, "text-anchor": "middle" }, label(value, xRange, options.xLog)));
     }
     parts.push(Report.svg("rect", { class: "frame", x: margin.left, y: margin.top, width: inner.width, height: inner.height }));
     parts.push(text({ x: margin.left + inner.width / 2, y: height - 6, "text-anchor": "middle" }, options.xLabel));

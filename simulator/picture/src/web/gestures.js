@@ -75,6 +75,8 @@ Report.key = function (event, canvases, always, here = {}) {
   const { target } = event;
   const typing = target.matches?.("input:not([type=checkbox]):not([type=range]), select, textarea");
   if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
+  // Space presses the button that has the focus.
+  if (event.key === " " && target.matches?.("button, summary, input[type=checkbox]")) return;
   const action = (canvases.includes(target) ? here[event.key] : null) ?? always[event.key];
   if (!action) return;
   event.preventDefault();

@@ -4,7 +4,7 @@
  * as the frames of `simulate --frames`, but each triangle of a face has one colour; scenes in 3D turn.
  *
  * scene: {dimension, radii, colors, edges, edgeRadii, edgeColors, faces?, faceColors?, trails: [{particle, duration, color}], background,
- *         center, extents, viewport}
+ *         center, extents, viewport, fixed?}
  * Colours are "rrggbb"; a list of equal values has one element. */
 Report.Stage = class {
   /* Share of the picture that the extents fill, distance of the camera, and fading of the furthest point. */
@@ -28,6 +28,9 @@ Report.Stage = class {
     this.trails = scene.trails.map(() => []);
     this.shades = new Map();
     this.options = { edges: true, particles: true, faces: true };
+    const parts = [0, 2, 4].map((at) => parseInt(scene.background.slice(at, at + 2), 16));
+    /* Whether dark lines are seen on the background. */
+    this.light = parts[0] + parts[1] + parts[2] > 384;
     this.cover(scene.faces ?? []);
     /* Size of the extents. */
     this.across = Math.hypot(...scene.extents);
@@ -203,6 +206,20 @@ Report.Stage = class {
     // Stable: equal depths keep their order.
     if (scene.dimension === 3) shapes.sort((a, b) => a[0] - b[0]);
     this.paint(shapes);
+    if (this.options.particles) this.frameFixed();
+  }
+
+  /* Stands fixed particles in squares: they are held. */
+  frameFixed() {
+    const { context, scene, screen } = this;
+    context.lineWidth = 1.5;
+    context.strokeStyle = this.light ? "#000000" : "#ffffff";
+    for (const particle of scene.fixed ?? []) {
+      const at = 4 * particle;
+      const radius = scene.radii.length > 1 ? scene.radii[particle] : scene.radii[0];
+      const half = Math.max(0.75, radius * screen[at + 2]) + 3;
+      context.strokeRect(screen[at] - half, screen[at + 1] - half, 2 * half, 2 * half);
+    }
   }
 
   /* Triangles, shaded by their direction. */

@@ -122,7 +122,7 @@ pub enum Problem {
         because: &'static str,
         remedy: &'static str,
     },
-    #[error("duration {duration} s at a time step of {time_step} s is {steps:e} steps")]
+    #[error("duration {} s at a time step of {time_step} s is {steps:e} steps", readable(*.duration))]
     TooManySteps { duration: f64, time_step: f64, steps: f64, limit: u64 },
     #[error(transparent)]
     Json(#[from] JsonProblem),
@@ -203,4 +203,9 @@ impl Problem {
             Self::Json(problem) => problem.remedy(),
         }
     }
+}
+
+/// A number in a message: with an exponent where it has hundreds of digits.
+fn readable(value: f64) -> String {
+    if value < 1e16 { value.to_string() } else { format!("{value:e}") }
 }

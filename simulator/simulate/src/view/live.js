@@ -188,12 +188,12 @@ Report.Pane = class {
       const inside = total.map((value) => (value !== null && Math.abs(value) <= limit ? value : null));
       const leaves = inside.at(-1) === null ? ", beyond the frame" : "";
       const dash = this.number === 1 ? null : "7 4";
-      return [line(`total, run ${this.number}${leaves}`, inside, `c${this.number}`, { width: 2, dash })];
+      return [line(`total, ${this.integrator} (run ${this.number})${leaves}`, inside, `c${this.number}`, { width: 2, dash })];
     }
     return [
       line("kinetic", kinetic.map(bounded), "c1", { dash: "5 3" }),
       line("potential", potential.map(bounded), "c2", { dash: "2 3" }),
-      line("total", total, "c3", { width: 2 }),
+      line(`total, ${this.integrator}`, total, "c3", { width: 2 }),
     ];
   }
 
@@ -238,7 +238,13 @@ Report.Live = class {
   /* A field for a number, with buttons that halve and double it. */
   number(name, label, value, attributes, set) {
     const input = Report.element("input", { type: "number", name, step: "any", value, required: true, ...attributes });
-    const take = () => input.checkValidity() && set(Number(input.value));
+    const refused = Report.element("output", { class: "refused" });
+    const take = () => {
+      const fits = input.checkValidity();
+      input.setAttribute("aria-invalid", !fits);
+      refused.textContent = fits ? "" : `${label.replace(/ [^ ]*$/, "")} must be a number, 0 or more; the last one stays.`;
+      if (fits) set(Number(input.value));
+    };
     input.addEventListener("change", take);
     const times = (factor, words) => {
       const button = Report.element("button", { type: "button", "aria-label": `${words} ${label}` }, words);
@@ -249,7 +255,7 @@ Report.Live = class {
       return button;
     };
     const buttons = value === 0 ? [] : [times(0.5, "÷2"), times(2, "×2")];
-    return Report.element("fieldset", {}, Report.element("label", {}, label, " ", input), ...buttons);
+    return Report.element("fieldset", {}, Report.element("label", {}, label, " ", input), ...buttons, refused);
   }
 
   build(host) {
@@ -305,7 +311,7 @@ Report.Live = class {
       Report.element("div", { class: "wide-row" }, group("Playback", playback), group("Settings of all particles and springs", physics)),
       this.panesHost, this.charts,
       Report.element("p", { class: "hint wide-row" },
-        `Drag a particle to move it; drag the picture to ${how}; turn the wheel to zoom. Keys: k play, full stop step, r reset, ` +
+        `Squares are fixed particles. Drag a particle to move it; drag the picture to ${how}; turn the wheel to zoom. Keys: space or k play, full stop step, r reset, ` +
         `w wind, e edges, m masses, ${this.data.scene.faces ? "f faces, " : ""}2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. ` +
         "Mass is a factor of every particle's; stiffness is a factor, damping is added, of every spring."));
     host.append(this.host);
@@ -399,6 +405,7 @@ Report.Live = class {
     const click = (name) => () => this.host.querySelector(`input[name=${name}]`)?.click();
     const always = {
       k: () => this.toggle(),
+      " ": () => this.toggle(),
       ".": () => this.step(),
       r: () => this.reset(),
       w: click("wind"),
@@ -411,7 +418,7 @@ Report.Live = class {
       "-": () => this.zoom(1 / 1.25),
       0: () => this.look((stage) => stage.home()),
     };
-    const here = { " ": always.k };
+    const here = {};
     for (const [key, [dx, dy]] of Object.entries(Report.arrows)) {
       here[key] = () => this.look((stage) => Report.drag(stage, this.data.scene.dimension, dx, dy, event.shiftKey));
     }
@@ -443,7 +450,7 @@ Report.Live = class {
   label(words, label) {
     this.playButton.textContent = words;
     this.playButton.setAttribute("aria-label", label);
-    this.playButton.title = `${label} (k)`;
+    this.playButton.title = `${label} (space or k)`;
   }
 
   step() {
@@ -540,6 +547,7 @@ Report.start = async function () {
     const response = await fetch("open", { method: "POST" });
     if (!response.ok) throw new Error(await response.text());
     const data = await response.json();
+    data.scene.fixed = data.fixed;
     document.title = `${data.name} – simulate view`;
     document.getElementById("name").textContent = data.name;
     document.getElementById("description").textContent = data.description ?? "";

@@ -209,6 +209,8 @@ struct Opened<'a> {
     integrators: Vec<&'static str>,
     settings: Settings,
     positions: Vec<f64>,
+    /// Fixed particles.
+    fixed: Vec<usize>,
 }
 
 impl<'a> Server<'a> {
@@ -321,6 +323,9 @@ impl<'a> Server<'a> {
             integrators: integrator::REGISTRY.iter().map(|kind| kind.schema.name).collect(),
             settings: Settings::of(self.scene),
             positions: self.scene.positions(),
+            fixed: (0..self.scene.particles.len())
+                .filter(|number| self.scene.particles[*number].fixed)
+                .collect(),
         };
         match serde_json::to_vec(&opened) {
             Ok(json) => Response::of(JSON, json),

@@ -96,7 +96,7 @@ pub(super) struct Failure {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Standstill {
-    /// A number of the state is no longer finite.
+    /// The energy has grown beyond all measure, or a number of the state is no longer finite.
     BlewUp,
     /// Another failure of a step.
     Failed,
@@ -423,6 +423,13 @@ impl<'a> Run<'a> {
         }
         self.energies = Some(done.energies);
         self.failure = done.failure.as_ref().map(Failure::of);
+        if done.blown_up && self.failure.is_none() {
+            self.failure = Some(Failure {
+                kind: Standstill::BlewUp,
+                message: format!("the kinetic energy is {:.1e} J", done.energies[0]),
+                help: "shorten the time step, or take an implicit method".to_owned(),
+            });
+        }
         self.take_hold();
     }
 
@@ -571,6 +578,8 @@ mod tests {
             (settings.integrator, settings.time_step) = ("explicit-euler".to_owned(), 0.5);
         }));
         let status = (0..5000).map(|_| advance(&mut run, Advance::Seconds(0.5))).last().unwrap();
+        let [kinetic, potential] = [status.kinetic, status.potential].map(Option::unwrap);
+        assert!(kinetic + potential < 1e18, "said at {kinetic} J and {potential} J");
         assert_eq!(status.failure.unwrap().kind, Standstill::BlewUp);
         assert!(status.time > 1.0, "{}", status.time);
         assert!(run.positions().iter().all(|value| value.is_finite()));

@@ -44,6 +44,8 @@ pub(super) struct Done {
     pub(super) end: Option<State>,
     /// Its kinetic and potential energy.
     pub(super) energies: [f64; 2],
+    /// Whether the run has blown up; no further step was taken.
+    pub(super) blown_up: bool,
     pub(super) failure: Option<SimulationError>,
 }
 
@@ -126,16 +128,31 @@ impl Drop for Worker {
     }
 }
 
+/// A run has blown up where its kinetic energy is this many times the energy at its start, or a joule: a factor that no
+/// drag of the pointer and no hour of free fall reaches, and that an unstable method passes within some steps.
+const BLOWN_UP: f64 = 1e12;
+
 /// The thread.
 fn work(budget: Duration, jobs: &Receiver<(Job, Interrupt)>, results: &Sender<Done>) {
     let mut simulation = None;
+    // Of the lightest particle, and sum of the squares of all velocities, from which on the run has blown up.
+    let (mut mass, mut most) = (1.0, f64::INFINITY);
     for (job, interrupt) in jobs {
         if let Some(scene) = &job.scene {
             simulation = Some(Simulation::new(scene));
+            mass = scene.particles.iter().map(|each| each.mass).fold(f64::INFINITY, f64::min);
         }
         let Some(simulation) = &mut simulation else { return };
         simulation.interrupt_by(&interrupt);
-        if results.send(take_steps(simulation, &job, &interrupt, budget)).is_err() {
+        if let Some(State { step, positions, velocities, .. }) = &job.start {
+            simulation.set_state(*step, None, positions, velocities);
+        }
+        if job.start.is_some() || job.scene.is_some() {
+            let start = simulation.energies_of(simulation.state());
+            let start = (start.kinetic.abs() + start.potential.abs()).max(1.0);
+            most = 2.0 * BLOWN_UP * start / mass;
+        }
+        if results.send(take_steps(simulation, &job, &interrupt, (budget, most))).is_err() {
             return;
         }
     }
@@ -145,11 +162,8 @@ fn take_steps(
     simulation: &mut Simulation,
     job: &Job,
     interrupt: &Interrupt,
-    budget: Duration,
+    (budget, most): (Duration, f64),
 ) -> Done {
-    if let Some(State { step, positions, velocities, .. }) = &job.start {
-        simulation.set_state(*step, None, positions, velocities);
-    }
     let started = Instant::now();
     let of = |simulation: &Simulation| {
         let state = simulation.state();
@@ -157,8 +171,8 @@ fn take_steps(
         State { step: state.step, time: state.time, positions, velocities }
     };
     let mut last = of(simulation);
-    let (mut steps, mut failure) = (0, None);
-    while steps < job.steps && !interrupt.is_raised() {
+    let (mut steps, mut failure, mut blown_up) = (0, None, false);
+    while steps < job.steps && !blown_up && !interrupt.is_raised() {
         let spent = started.elapsed().as_secs_f64();
         if steps > 0 && spent + spent / steps as f64 > budget.as_secs_f64() {
             break;
@@ -172,6 +186,7 @@ fn take_steps(
         last.positions.copy_from_slice(state.positions);
         last.velocities.copy_from_slice(state.velocities);
         steps += 1;
+        blown_up = last.velocities.iter().map(|velocity| velocity * velocity).sum::<f64>() > most;
     }
     let computing = started.elapsed();
     let view = StateView {
@@ -187,6 +202,7 @@ fn take_steps(
         computing,
         energies: [energies.kinetic, energies.potential],
         end: (steps > 0).then_some(last),
+        blown_up,
         failure,
     }
 }

@@ -259,6 +259,14 @@ fn faults_of_duration_and_integrator_are_refused() {
 fn overflowing_step_count_is_refused() {
     let scene = GOOD.replace("<duration time=\"1\"", "¶<duration time=\"1e308\"");
     refuse_scene("infinitely many", &scene.replace("0.25", "1e-308"), &[], "is inf steps", "1e9");
+    let long = GOOD.replace("<duration time=\"1\"", "¶<duration time=\"1e300\"");
+    refuse_scene(
+        "hundreds of digits",
+        &long,
+        &[],
+        "duration 1e300 s at a time step of 0.25 s",
+        "1e9",
+    );
     // The step is the caller's: it is the scene's duration that it is too short for.
     let scene = GOOD.replace("<duration", "¶<duration");
     refuse_scene(
@@ -581,7 +589,7 @@ fn a_failure_after_the_first_states_writes_none_of_them() {
 
 #[test]
 fn wrong_usage_is_refused_before_writing() {
-    let calls: [(&str, &[&str], &str); 13] = [
+    let calls: [(&str, &[&str], &str); 15] = [
         (
             "dt zero",
             &["scene.xml", "--dt", "0"],
@@ -604,6 +612,16 @@ fn wrong_usage_is_refused_before_writing() {
             "integrator",
             &["scene.xml", "--integrator", "foo"],
             "known types: explicit-euler, symplectic-euler, linearized-implicit-euler, implicit-euler",
+        ),
+        (
+            "integrator misspelt",
+            &["scene.xml", "--integrator", "simplectic-euler"],
+            "did you mean \"symplectic-euler\"? known types: explicit-euler",
+        ),
+        (
+            "diagram as PNG",
+            &["scene.xml", "--plot", "x.png"],
+            "x.png: diagrams are written as SVG\n  help: give it a name that ends in .svg",
         ),
         ("display", &["-s", "scene.xml", "-d", "1"], "invalid value '1' for '-d <0>'"),
         ("two scenes", &["scene.xml", "-s", "scene.xml"], "cannot be used with"),

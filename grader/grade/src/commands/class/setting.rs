@@ -92,7 +92,7 @@ impl<'a> Class<'a> {
         let (reports, records) = (folder("reports")?, folder("resume")?);
         let seal = Seal::of(output);
         let seal = seal.map_err(Stop::about(&output.join("records.key")))?;
-        let pages = args.graded.html.as_deref().map(Pages::open).transpose()?;
+        let pages = args.graded.html.as_deref().map(Pages::open_folder_alone).transpose()?;
         let (runner, protections) = args.run.runner(&inputs.rubric)?;
         keep_apart(args, (submissions, output), &inputs, &protections)?;
         let mut running = running(args, &runner).map_err(Stop::fault)?;

@@ -29,7 +29,8 @@ use grader::suite::hash_bytes;
 use grader::verdict::Failure;
 use report::SceneTimes;
 use report::html;
-use report::text::TextOptions;
+use report::text::{Amount, TextOptions};
+use report::wrap::WIDTH;
 
 use super::setting::{Class, extension, pages_of};
 use super::{Phase, save};
@@ -241,8 +242,10 @@ impl Class<'_> {
         let render = |format: &Format| {
             // Without times: equal results have equal reports.
             let bytes = render(*format, grading, &SceneTimes::new(), |out| {
-                let config = TextOptions { details: self.args.details.details };
-                report::text::write(out, grading, config)
+                let details = self.args.details.details;
+                let amount = Amount::Full { details };
+                let options = TextOptions { amount, width: WIDTH, next: None };
+                report::text::write(out, grading, &options)
             });
             let bytes = bytes.map_err(|Stop(_, message)| message)?;
             Ok((format!("{}.{}", planned.report, extension(*format)), plain(&bytes)))

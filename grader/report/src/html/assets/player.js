@@ -3,11 +3,16 @@
 /* Playback of a scene: controls, time axis, keyboard, the numbers of a particle, and the charts that follow. */
 Report.Player = class {
   static SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
+  /* Curves of the submission end where they are this many times the oracle's, and its own some steps after the first wrong one. */
+  static BEYOND = 4;
+  static AFTER = 3;
 
   constructor(host, data) {
     this.data = data;
     data.positions = Report.numbers(data.positions);
-    data.differences = data.differences ? Report.Player.differences(Report.numbers(data.differences)) : null;
+    const halves = (text) => (text ? Report.Player.differences(Report.numbers(text)) : null);
+    data.differences = halves(data.differences);
+    data.forces = halves(data.forces);
     this.last = data.frames.length - 1;
     this.frame = 0;
     this.share = 0;
@@ -86,6 +91,7 @@ Report.Player = class {
     const options = [option("ghost", "oracle", true)];
     if (data.differences) options.push(option("arrows", "differences", true));
     options.push(option("paths", "paths", false));
+    if (data.forces) options.push(option("forces", "forces", false));
     const how = data.dimension === 3 ? "Drag to turn, with Shift to move" : "Drag to move";
     host.append(
       Report.element("div", { class: "stage" }, this.canvas),
@@ -95,7 +101,7 @@ Report.Player = class {
       this.status,
       Report.element("p", { class: "hint" },
         `● submission, ○ oracle, squares are fixed particles. ${how}, turn the wheel to zoom, click a particle to select it. ` +
-        "Keys: k play, comma and full stop step, w first wrong step, plus, minus and 0 zoom, arrow keys on the picture ",
+        "Keys: space or k play, comma and full stop step, w first wrong step, plus, minus and 0 zoom, arrow keys on the picture ",
         data.dimension === 3 ? "turn it." : "move it."),
       Report.element("div", { class: "particle" }, Report.element("label", {}, "Particle ", this.particle), this.numbers),
     );
@@ -145,6 +151,7 @@ Report.Player = class {
   key(event) {
     const always = {
       k: () => this.toggle(),
+      " ": () => this.toggle(),
       ",": () => this.step(-1),
       ".": () => this.step(1),
       w: () => this.data.firstWrong && this.jump(this.frameOf(this.data.firstWrong.step)),
@@ -153,7 +160,7 @@ Report.Player = class {
       "-": () => this.zoom(1 / 1.25),
       0: () => this.home(),
     };
-    const here = { " ": always.k, Home: () => this.jump(0), End: () => this.jump(this.last) };
+    const here = { Home: () => this.jump(0), End: () => this.jump(this.last) };
     for (const [key, [dx, dy]] of Object.entries(Report.arrows)) here[key] = () => this.drag(dx, dy, event.shiftKey);
     Report.key(event, [this.canvas], always, here);
   }
@@ -242,7 +249,7 @@ Report.Player = class {
   setPlayButton(words, label) {
     this.playButton.textContent = words;
     this.playButton.setAttribute("aria-label", label);
-    this.playButton.title = `${label} (k)`;
+    this.playButton.title = `${label} (space or k)`;
   }
 
   /* Time of the picture, in seconds. */
@@ -274,6 +281,7 @@ Report.Player = class {
     if (!this.view.hasGot(this.frame)) words += " The submission has no state here.";
     else if (gain === 1) words += " Differences to scale.";
     else if (gain !== null) words += ` Differences magnified ${Report.short(gain, 3)} times.`;
+    if (this.view.longestForce) words += ` The longest arrow of a force is ${Report.short(this.view.longestForce, 3)} N.`;
     if (firstWrong) {
       if (step < firstWrong.step) words += " Within tolerance so far.";
       else if (step === firstWrong.step) words += ` First wrong step: particle ${firstWrong.particle}.`;
@@ -386,22 +394,25 @@ Report.Player = class {
     const host = document.getElementById("energy-charts");
     const { steps, expected, got } = this.data.energies;
     const xs = steps.map((step) => step * this.data.timeStep);
-    const both = (name, column, color) => [
-      { name: `${name}, oracle`, xs, ys: expected[column], color, dash: "5 4" },
-      { name: `${name}, submission`, xs, ys: got[column], color, width: 2 },
-    ];
-    const shown = (series) => series.filter((each) => each.ys.some((value) => value !== null));
-    this.chart(host, "Energy", "energy (J)", shown([
-      ...both("kinetic", "kinetic", "c1"), ...both("potential", "potential", "c2"), ...both("total", "total", "c3"),
-    ]), false);
-    const axes = expected.momentum.flatMap((ys, axis) => {
-      const color = `c${axis + 1}`;
-      return [
-        { name: `${"xyz"[axis]}, oracle`, xs, ys, color, dash: "5 4" },
-        { name: `${"xyz"[axis]}, submission`, xs, ys: got.momentum[axis], color, width: 2 },
-      ];
-    });
-    this.chart(host, "Momentum", "momentum (kg m/s)", shown(axes), false);
+    /* Curves in the frame of the oracle's and of the submission's until it is wrong: a run that explodes flattens all others. */
+    const until = (this.data.firstWrong?.step ?? Infinity) + Report.Player.AFTER;
+    const within = (columns) => {
+      const framed = columns.flatMap(([, ys, own]) => [...ys, ...own.filter((value, i) => steps[i] <= until)]);
+      const most = Report.Player.BEYOND * framed.reduce((most, value) => (value === null ? most : Math.max(most, Math.abs(value))), 0);
+      return columns.flatMap(([name, ys, own, color]) => {
+        const inside = own.map((value) => (value !== null && Math.abs(value) <= most ? value : null));
+        const leaves = inside.findIndex((value, i) => value !== own[i]);
+        const beyond = leaves < 0 ? "" : `, beyond the frame from t = ${Report.short(xs[leaves])} s`;
+        return [
+          { name: `${name}, oracle`, xs, ys, color, dash: "5 4" },
+          { name: `${name}, submission${beyond}`, xs, ys: inside, color, width: 2 },
+        ];
+      }).filter((each) => each.ys.some((value) => value !== null));
+    };
+    const energies = ["kinetic", "potential", "total"].map((name, number) => [name, expected[name], got[name], `c${number + 1}`]);
+    this.chart(host, "Energy", "energy (J)", within(energies), false);
+    const axes = expected.momentum.map((ys, axis) => ["xyz"[axis], ys, got.momentum[axis], `c${axis + 1}`]);
+    this.chart(host, "Momentum", "momentum (kg m/s)", within(axes), false);
   }
 };
 

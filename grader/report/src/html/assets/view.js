@@ -24,7 +24,7 @@ Report.View = class {
     this.got = new Float64Array(3 * this.count);
     this.screen = { oracle: new Float64Array(3 * this.count), got: new Float64Array(3 * this.count) };
     this.fixed = new Set(data.fixed);
-    this.options = { ghost: true, arrows: true, paths: false };
+    this.options = { ghost: true, arrows: true, paths: false, forces: false };
     this.selected = data.firstWrong ? data.firstWrong.particle : null;
     this.theme();
     this.home();
@@ -32,7 +32,7 @@ Report.View = class {
   }
 
   theme() {
-    const names = ["paper", "grid", "ink", "faint", "oracle", "submission", "wrong", "arrow"];
+    const names = ["paper", "grid", "ink", "faint", "oracle", "submission", "wrong", "arrow", "force"];
     this.colors = Object.fromEntries(names.map((name) => [name, Report.color(name)]));
   }
 
@@ -171,6 +171,7 @@ Report.View = class {
       this.lines("got", this.colors.submission, 1.75);
       this.dots("got", this.colors.submission, false);
     }
+    this.longestForce = this.options.forces && this.data.forces ? this.forces(frame, shown) : 0;
     const gain = shown && this.options.arrows ? this.arrows(frame, share) : null;
     this.mark(frame, shown);
     this.ruler();
@@ -256,31 +257,41 @@ Report.View = class {
 
   /* Arrows from the oracle's particles along the differences, scaled to be seen; returns their factor. */
   arrows(frame, share) {
-    const { context } = this;
-    let largest = 0;
     const next = Math.min(frame + 1, this.data.nGot - 1);
     const part = (particle, axis) => {
       const from = this.difference(frame, particle, axis);
       return from + share * (this.difference(next, particle, axis) - from);
     };
+    const { gain } = this.vectors("oracle", part, this.colors.arrow, 1);
+    return gain || null;
+  }
+
+  /* Arrows along the forces on the submission's particles, or on the oracle's where it has no state; returns the largest. */
+  forces(frame, shown) {
+    const { dimension, forces } = this.data;
+    const part = (particle, axis) => (axis < dimension ? forces[(frame * this.count + particle) * dimension + axis] : 0);
+    return this.vectors(shown ? "got" : "oracle", part, this.colors.force, 0).largest;
+  }
+
+  /* Draws a vector at each particle, magnified so that the largest can be seen, at least `least` times. Returns the factor and
+   * the largest length; both are 0 where all are 0. */
+  vectors(name, part, color, least) {
+    const { context } = this;
     const sizes = new Float64Array(this.count);
     for (let particle = 0; particle < this.count; particle++) {
       sizes[particle] = Math.hypot(part(particle, 0), part(particle, 1), part(particle, 2));
-      largest = Math.max(largest, sizes[particle]);
     }
-    if (!(largest > 0)) return null;
+    const largest = sizes.reduce((most, size) => Math.max(most, size), 0);
+    if (!(largest > 0)) return { gain: 0, largest: 0 };
     const wanted = (0.14 * Math.min(this.width, this.height)) / this.scale;
-    const gain = Math.max(1, wanted / largest);
+    const gain = Math.max(least, wanted / largest);
     const end = [0, 0, 0];
     const path = new Path2D();
     for (let particle = 0; particle < this.count; particle++) {
       if (sizes[particle] < 0.02 * largest) continue;
-      const from = this.screen.oracle;
+      const [from, start] = [this.screen[name], this[name]];
       const [x, y] = [from[3 * particle], from[3 * particle + 1]];
-      this.project(
-        this.oracle[3 * particle] + gain * part(particle, 0),
-        this.oracle[3 * particle + 1] + gain * part(particle, 1),
-        this.oracle[3 * particle + 2] + gain * part(particle, 2), end, 0);
+      this.project(...[0, 1, 2].map((axis) => start[3 * particle + axis] + gain * part(particle, axis)), end, 0);
       const angle = Math.atan2(end[1] - y, end[0] - x);
       path.moveTo(x, y);
       path.lineTo(end[0], end[1]);
@@ -289,10 +300,10 @@ Report.View = class {
         path.lineTo(end[0] + 7 * Math.cos(angle + side), end[1] + 7 * Math.sin(angle + side));
       }
     }
-    context.strokeStyle = this.colors.arrow;
+    context.strokeStyle = color;
     context.lineWidth = 2;
     context.stroke(path);
-    return gain;
+    return { gain, largest };
   }
 
   /* The ways of the particles up to a frame: of all where they are few, of the selected one otherwise. */

@@ -1,6 +1,13 @@
-//! Text report of a grading: the findings, a table of features, the failures, then the totals.
+//! Text reports of a grading.
+//!
+//! ```text
+//! brief.rs    the default: totals and failed features, each finding with an example, what to do next
+//! mod.rs      all: every feature and scene, failures in detail, totals, findings; and what both share
+//! ```
 //!
 //! Always writes colours; the output stream strips them if needed.
+
+mod brief;
 
 use std::io::{self, Write};
 
@@ -9,7 +16,9 @@ use anstyle::Style;
 use super::digits::{self, DiffLine, LineKind};
 use super::{jacobians, probe};
 use crate::provenance::short_hash;
+use crate::remarks::{self, counted};
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
+use crate::wrap::wrap;
 use diagnosis::findings::Diagnosis;
 use diagnosis::findings::{Finding, FindingKind, Findings, TaskFinding, TaskVerdict};
 use grader::compare::{Criteria, FirstWrong, Tolerances};
@@ -27,10 +36,35 @@ use grader::verdict::{Verdict, number};
 use sandbox::Protection;
 
 /// Options of the report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TextOptions {
-    /// Number of failed scenes to explain in detail.
-    pub details: usize,
+    /// How much it shows.
+    pub amount: Amount,
+    /// Maximum width of a line, in columns.
+    pub width: usize,
+    /// The commands that go on from here; `None` proposes none.
+    pub next: Option<NextCommands>,
+}
+
+/// How much a report shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Amount {
+    /// Totals, failed features and an example of each finding.
+    Brief,
+    /// Every feature and scene, and this number of failed scenes in detail.
+    Full {
+        /// Number of failed scenes.
+        details: usize,
+    },
+}
+
+/// What the commands that a report proposes need.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NextCommands {
+    /// The submission and the options with which `grade` finds and runs it.
+    pub arguments: String,
+    /// The page that this run wrote.
+    pub page: Option<String>,
 }
 
 /// Readers of a report.
@@ -46,8 +80,24 @@ pub(super) enum Audience {
 ///
 /// # Errors
 /// If writing fails.
-pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
-    write_findings(out, &grading.findings)?;
+pub fn write(out: &mut dyn Write, grading: &Grading, options: &TextOptions) -> io::Result<()> {
+    let mut text = Vec::new();
+    match options.amount {
+        Amount::Brief => brief::write(&mut text, grading)?,
+        Amount::Full { details } => write_full(&mut text, grading, options.width, details)?,
+    }
+    if let Some(next) = &options.next {
+        brief::write_next(&mut text, grading, next, options.width)?;
+    }
+    out.write_all(wrap(&String::from_utf8_lossy(&text), options.width).as_bytes())
+}
+
+fn write_full(
+    out: &mut dyn Write,
+    grading: &Grading,
+    width: usize,
+    details: usize,
+) -> io::Result<()> {
     for section in Section::ALL {
         let groups: Vec<&[FeatureResult]> = grading.groups(section).collect();
         if !groups.is_empty() {
@@ -64,9 +114,29 @@ pub fn write(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io:
         probe::text::write_brief(out, probing)?;
         writeln!(out)?;
     }
-    write_failures(out, grading, config)?;
+    writeln!(out, "{BOLD}Scenes{BOLD:#}")?;
+    let row = |scene: &SceneResult| {
+        let verdict = &scene.comparison.verdict;
+        let name = Cell::left(verdict.name().replace('-', " "));
+        vec![Cell::left(scene.id.clone()), name.styled(style(verdict))]
+    };
+    table::write_unnamed(out, &remarks::scenes(grading).map(row).collect::<Vec<_>>())?;
+    writeln!(out)?;
+    write_failed(out, remarks::scenes(grading), details, width)?;
     write_hidden(out, grading)?;
-    write_summary(out, grading, Audience::Graders)
+    write_summary(out, grading, Audience::Graders, Remarks::All)?;
+    writeln!(out)?;
+    write_findings(out, &grading.findings)
+}
+
+/// The style of a verdict.
+fn style(verdict: &Verdict) -> Style {
+    match verdict {
+        Verdict::Pass => GOOD,
+        Verdict::Fail(_) if verdict.is_lack() => ODD,
+        Verdict::Fail(_) => BAD,
+        Verdict::GraderFault(_) => ODD,
+    }
 }
 
 /// Measurements of a program, if it offers any force.
@@ -164,13 +234,7 @@ fn write_features(
                 Cell::right(largest.map_or_else(nothing, |(_, velocity)| residual(velocity))),
                 earned,
                 unjudged,
-                match result.has_faults() {
-                    false if result.is_pass() => good("pass"),
-                    // Explains why the feature earns no points.
-                    false if !result.partial && result.has_passes() => bad("FAIL (all or nothing)"),
-                    false => bad("FAIL"),
-                    true => Cell::left("FAULT").styled(ODD),
-                },
+                verdict_cell(result),
             ]);
         }
         if there.len() > 1 {
@@ -178,10 +242,7 @@ fn write_features(
         }
     }
     if !lacking.is_empty() {
-        let features = match lacking.len() {
-            1 => "1 feature".to_owned(),
-            count => format!("{count} features"),
-        };
+        let features = counted(lacking.len(), "feature");
         rows.push(sum("not implemented", &features, Totals::of(lacking)));
     }
     if !groups.iter().copied().flatten().any(FeatureResult::has_faults) {
@@ -197,35 +258,44 @@ fn write_features(
     table::write(out, &rows)
 }
 
+fn verdict_cell(result: &FeatureResult) -> Cell {
+    match result.has_faults() {
+        false if result.is_pass() => Cell::left("pass").styled(GOOD),
+        // Explains why the feature earns no points.
+        false if !result.partial && result.has_passes() => {
+            Cell::left("FAIL (all or nothing)").styled(BAD)
+        }
+        false => Cell::left("FAIL").styled(BAD),
+        true => Cell::left("FAULT").styled(ODD),
+    }
+}
+
 /// `2/3`, or `-` if there are none.
 pub(super) fn count(passed: usize, all: usize) -> String {
     if all == 0 { "-".to_owned() } else { format!("{passed}/{all}") }
-}
-
-fn good(text: &str) -> Cell {
-    Cell::left(text).styled(GOOD)
-}
-
-fn bad(text: &str) -> Cell {
-    Cell::left(text).styled(BAD)
 }
 
 pub(super) fn residual(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
 }
 
-fn write_failures(out: &mut dyn Write, grading: &Grading, config: TextOptions) -> io::Result<()> {
-    write_scenes(out, grading.features.iter().flat_map(|result| &result.scenes), config)
-}
-
-/// Explains the scenes that did not pass.
+/// Explains the scenes that did not pass, at most `details` of them.
 ///
 /// # Errors
 /// If writing fails.
 pub fn write_scenes<'a>(
     out: &mut dyn Write,
     scenes: impl Iterator<Item = &'a SceneResult>,
-    config: TextOptions,
+    details: usize,
+) -> io::Result<()> {
+    write_failed(out, scenes, details, usize::MAX)
+}
+
+fn write_failed<'a>(
+    out: &mut dyn Write,
+    scenes: impl Iterator<Item = &'a SceneResult>,
+    details: usize,
+    width: usize,
 ) -> io::Result<()> {
     let not_passed = scenes.filter(|scene| !scene.comparison.verdict.is_pass());
     let failed: Vec<&SceneResult> =
@@ -242,14 +312,14 @@ pub fn write_scenes<'a>(
             None => groups.push((scene, 1)),
         }
     }
-    for (scene, count) in groups.iter().take(config.details) {
-        write_failure(out, scene)?;
+    for (scene, count) in groups.iter().take(details) {
+        write_failure(out, scene, width)?;
         if *count > 1 {
             writeln!(out, "  {DIM}and the same for {} more scenes{DIM:#}", count - 1)?;
         }
         writeln!(out)?;
     }
-    let untold: usize = groups.iter().skip(config.details).map(|(_, count)| count).sum();
+    let untold: usize = groups.iter().skip(details).map(|(_, count)| count).sum();
     if untold > 0 {
         writeln!(
             out,
@@ -260,15 +330,19 @@ pub fn write_scenes<'a>(
     Ok(())
 }
 
-pub(crate) fn write_failure(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
+pub(crate) fn write_failure(
+    out: &mut dyn Write,
+    scene: &SceneResult,
+    width: usize,
+) -> io::Result<()> {
     let verdict = &scene.comparison.verdict;
-    let style = if matches!(verdict, Verdict::GraderFault(_)) { ODD } else { BAD };
+    let style = style(verdict);
     let name = verdict.name().replace('-', " ");
     let message = verdict.to_string().replace('\n', "\n  ");
     writeln!(out, "{style}{name}{style:#}  {BOLD}{}{BOLD:#}  ({})", scene.id, scene.path)?;
     writeln!(out, "  {message}")?;
     if let Some(first) = &scene.comparison.first_wrong {
-        write_first_wrong(out, first)?;
+        write_first_wrong(out, first, width)?;
     }
     match &scene.diagnosis {
         Some(diagnosis) => write_diagnosis(out, diagnosis),
@@ -291,7 +365,7 @@ fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()>
     Ok(())
 }
 
-fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> {
+fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong, width: usize) -> io::Result<()> {
     let FirstWrong { place, time, residual: size, tolerance, envelope, .. } = first;
     let origin = envelope.map_or_else(String::new, |envelope| {
         format!("; correct programs differ by up to {}", residual(envelope))
@@ -307,39 +381,64 @@ fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong) -> io::Result<()> 
         number(*time),
         place.particle
     )?;
+    write_digits(out, first, 4)?;
+    let numbers = first.context.first().map_or(0, |row| row.expected.len());
+    let names = if numbers == 6 { "x y z vx vy vz" } else { "x y vx vy" };
+    let diff = |of| (digits::context(first, of), names);
+    let is_wide = |(lines, _): &(Vec<DiffLine>, _)| {
+        lines
+            .iter()
+            .any(|line| line.pieces.iter().map(|(text, _)| text.len()).sum::<usize>() + 4 > width)
+    };
+    let (positions, velocities) = names.split_at(names.find(" v").unwrap_or(names.len()));
+    let whole = diff(0..numbers);
+    let diffs = if is_wide(&whole) {
+        let half = numbers / 2;
+        let velocities = (digits::context(first, half..numbers), velocities.trim());
+        vec![(digits::context(first, 0..half), positions), velocities]
+    } else {
+        vec![whole]
+    };
+    for (lines, columns) in diffs {
+        writeln!(
+            out,
+            "  particle {} around that step: step, {columns} ({GOOD}-{GOOD:#} expected, {BAD}+{BAD:#} got)",
+            place.particle
+        )?;
+        for line in lines {
+            write_diff_line(out, line)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes the number that is wrong first, with the digits marked that differ, indented by so many blanks.
+fn write_digits(out: &mut dyn Write, first: &FirstWrong, indent: usize) -> io::Result<()> {
+    let coordinate = first.place.coordinate();
     let (expected, got) = (digits::full(first.expected), digits::full(first.got));
     let common = digits::common_prefix(&expected, &got);
     let marked = |text: &str, style: Style| {
         format!("{}{style}{}{style:#}", &text[..common], &text[common..])
     };
-    writeln!(out, "    expected  {coordinate:<2} = {}", marked(&expected, GOOD))?;
-    writeln!(out, "    got       {coordinate:<2} = {}", marked(&got, BAD))?;
+    writeln!(out, "{:indent$}expected  {coordinate:<2} = {}", "", marked(&expected, GOOD))?;
+    writeln!(out, "{:indent$}got       {coordinate:<2} = {}", "", marked(&got, BAD))?;
     let differing = expected.chars().count().max(got.chars().count()) - common;
-    writeln!(out, "{}{BAD}{}{BAD:#}", " ".repeat(19 + common), "^".repeat(differing))?;
+    writeln!(out, "{}{BAD}{}{BAD:#}", " ".repeat(indent + 15 + common), "^".repeat(differing))
+}
 
-    let columns = match first.context.first().map_or(0, |row| row.expected.len()) {
-        6 => "x y z vx vy vz",
-        _ => "x y vx vy",
+fn write_diff_line(out: &mut dyn Write, line: DiffLine) -> io::Result<()> {
+    let DiffLine { kind, pieces } = line;
+    let (sign, style) = match kind {
+        LineKind::Same => (' ', DIM),
+        LineKind::Expected => ('-', GOOD),
+        LineKind::Got => ('+', BAD),
     };
-    writeln!(
-        out,
-        "  particle {} around that step: step, {columns} ({GOOD}-{GOOD:#} expected, {BAD}+{BAD:#} got)",
-        place.particle
-    )?;
-    for DiffLine { kind, pieces } in digits::context(first) {
-        let (sign, style) = match kind {
-            LineKind::Same => (' ', DIM),
-            LineKind::Expected => ('-', GOOD),
-            LineKind::Got => ('+', BAD),
-        };
-        write!(out, "  {style}{sign}{style:#} ")?;
-        for (text, differs) in pieces {
-            let style = if differs || kind == LineKind::Same { style } else { Style::new() };
-            write!(out, "{style}{text}{style:#}")?;
-        }
-        writeln!(out)?;
+    write!(out, "  {style}{sign}{style:#} ")?;
+    for (text, differs) in pieces {
+        let style = if differs || kind == LineKind::Same { style } else { Style::new() };
+        write!(out, "{style}{text}{style:#}")?;
     }
-    Ok(())
+    writeln!(out)
 }
 
 /// Writes how it was judged and run, and remarks on its programs.
@@ -363,6 +462,21 @@ pub(super) fn write_circumstances(
     }
     match &grading.provenance {
         Some(provenance) => write_provenance(out, provenance),
+        None => Ok(()),
+    }
+}
+
+/// Writes what a reader has to know of the circumstances.
+fn write_warnings(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    write_other_roots(out, grading)?;
+    if let Some(taken) = &grading.taken {
+        writeln!(out, "  {DIM}Taken from the hand-in: {}.{DIM:#}", taken.line())?;
+    }
+    if let Some(protection) = &grading.protection {
+        write_unprotected(out, protection)?;
+    }
+    match &grading.copied {
+        Some(copied) => write_copied(out, copied),
         None => Ok(()),
     }
 }
@@ -501,16 +615,21 @@ fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
             of(count)
         )?;
     }
-    let others: Vec<&str> =
-        scenes().filter(|scene| !is_same_root(scene)).map(|scene| scene.id.as_str()).collect();
-    if !others.is_empty() {
-        let names = others.join(", ");
-        writeln!(
-            out,
-            "  Passed with another solution of the same equations, as the rubric allows: {names}."
-        )?;
+    write_other_roots(out, grading)
+}
+
+/// Writes the scenes that passed with another solution of the same equations.
+fn write_other_roots(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
+    let others = remarks::scenes(grading).filter(|scene| scene.comparison.other_root.is_some());
+    let names: Vec<&str> = others.map(|scene| scene.id.as_str()).collect();
+    if names.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    writeln!(
+        out,
+        "  Passed with another solution of the same equations, as the rubric allows: {}.",
+        names.join(", ")
+    )
 }
 
 /// Writes what is wrong, in the order in which a student should read it.
@@ -518,41 +637,51 @@ pub fn write_findings(out: &mut dyn Write, findings: &Findings) -> io::Result<()
     if !findings.list.is_empty() {
         write_list(out, findings)?;
     }
-    if !findings.tasks.is_empty() {
-        writeln!(out, "{BOLD}Tasks{BOLD:#}, as far as positions tell")?;
-        for TaskFinding { task, verdict } in &findings.tasks {
-            let style = match verdict {
-                TaskVerdict::Wrong(_) => BAD,
-                TaskVerdict::Consistent { unexplained: 0, .. } => GOOD,
-                _ => ODD,
-            };
-            writeln!(out, "  {:<5}  {style}{verdict}{style:#}", task.name())?;
-        }
-        writeln!(out)?;
+    write_tasks(out, findings)
+}
+
+fn write_tasks(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
+    if findings.tasks.is_empty() {
+        return Ok(());
     }
-    Ok(())
+    writeln!(out, "{BOLD}Tasks{BOLD:#}, as far as positions tell")?;
+    for TaskFinding { task, verdict } in &findings.tasks {
+        let style = match verdict {
+            TaskVerdict::Wrong(_) => BAD,
+            TaskVerdict::Consistent { unexplained: 0, .. } => GOOD,
+            _ => ODD,
+        };
+        writeln!(out, "  {:<5}  {style}{verdict}{style:#}", task.name())?;
+    }
+    writeln!(out)
 }
 
 fn write_list(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
     writeln!(out, "{BOLD}Findings{BOLD:#}")?;
     let (lacks, wrong): (Vec<&Finding>, Vec<&Finding>) =
         findings.list.iter().partition(|finding| finding.kind == FindingKind::NotImplemented);
-    for finding in wrong {
-        let (sentence, evidence) = (finding.sentence(), finding.evidence());
-        writeln!(out, "  {BAD}{sentence}{BAD:#} {DIM}({evidence}){DIM:#}")?;
-    }
+    wrong.iter().try_for_each(|finding| write_finding(out, finding))?;
     for note in Finding::notes(findings.list.iter()) {
         writeln!(out, "    {DIM}{note}{DIM:#}")?;
     }
-    if !lacks.is_empty() {
-        let words = |finding: &&Finding| finding.words.join(" or ");
-        let all: Vec<String> = lacks.iter().map(words).collect();
-        writeln!(out, "  {ODD}Not implemented:{ODD:#} {}", all.join("; "))?;
-    }
+    write_lacks(out, &lacks)?;
     if let Some(progress) = &findings.progress {
         writeln!(out, "  {progress}")?;
     }
     writeln!(out)
+}
+
+fn write_finding(out: &mut dyn Write, finding: &Finding) -> io::Result<()> {
+    let (sentence, evidence) = (finding.sentence(), finding.evidence());
+    writeln!(out, "  {BAD}{sentence}{BAD:#} {DIM}({evidence}){DIM:#}")
+}
+
+fn write_lacks(out: &mut dyn Write, lacks: &[&Finding]) -> io::Result<()> {
+    if lacks.is_empty() {
+        return Ok(());
+    }
+    let all: Vec<String> = lacks.iter().map(|finding| finding.words.join(" or ")).collect();
+    writeln!(out, "  {ODD}Not implemented:{ODD:#} {}", all.join("; "))
 }
 
 /// Writes what is wrong, and the totals: what a platform shows above its own table of features.
@@ -561,12 +690,27 @@ fn write_list(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
 /// If writing fails.
 pub fn write_overview(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     write_findings(out, &grading.findings)?;
-    write_summary(out, grading, Audience::Students)
+    write_summary(out, grading, Audience::Students, Remarks::All)
 }
 
-fn write_summary(out: &mut dyn Write, grading: &Grading, audience: Audience) -> io::Result<()> {
+/// Which circumstances of a run are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Remarks {
+    /// Those that a reader has to know.
+    Warnings,
+    /// All.
+    All,
+}
+
+/// Writes the totals and the score. With warnings alone, the table above it has the totals of each section.
+fn write_summary(
+    out: &mut dyn Write,
+    grading: &Grading,
+    audience: Audience,
+    remarks: Remarks,
+) -> io::Result<()> {
     let mut rows = Vec::new();
-    for section in Section::ALL {
+    for section in Section::ALL.into_iter().filter(|_| remarks == Remarks::All) {
         let totals = grading.totals(section);
         if totals.scenes + totals.hidden > 0 {
             let mut row = vec![
@@ -603,7 +747,10 @@ fn write_summary(out: &mut dyn Write, grading: &Grading, audience: Audience) -> 
     let graded_as = graded_as.unwrap_or_default();
     writeln!(out, "{BOLD}Summary{BOLD:#} for {}{graded_as}", grading.submission.line())?;
     table::write_unnamed(out, &rows)?;
-    write_circumstances(out, grading, audience)?;
+    match remarks {
+        Remarks::All => write_circumstances(out, grading, audience)?,
+        Remarks::Warnings => write_warnings(out, grading)?,
+    }
     if let Some(interrupted) = grading.interrupted {
         return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
     }
@@ -615,6 +762,9 @@ fn write_summary(out: &mut dyn Write, grading: &Grading, audience: Audience) -> 
     let text = outcome(grading);
     write_score(out, grading)?;
     write_adjustments(out, grading)?;
+    if let Some(since) = grading.since.as_ref().and_then(remarks::since) {
+        writeln!(out, "  {since}")?;
+    }
     match grading.hidden {
         Hidden::NotRun { scenes, reason } => {
             let not_run = not_run(scenes, reason);
@@ -649,17 +799,34 @@ pub(super) fn write_adjustments(out: &mut dyn Write, grading: &Grading) -> io::R
 }
 
 /// The overall result in a sentence.
-pub(super) fn outcome(grading: &Grading) -> &'static str {
+pub(super) fn outcome(grading: &Grading) -> String {
     match grading.outcome() {
-        GradingOutcome::Passed if grading.is_flawless() => "All passed.",
-        GradingOutcome::PassedShipped if grading.is_flawless() => "All shipped scenes passed.",
-        GradingOutcome::Passed | GradingOutcome::PassedShipped => "All required features passed.",
-        GradingOutcome::Failed if grading.only_lacks() => {
-            "Unfinished; nothing wrong was found in what is there."
+        GradingOutcome::Passed if grading.is_flawless() => "All passed.".to_owned(),
+        GradingOutcome::PassedShipped if grading.is_flawless() => {
+            "All shipped scenes passed.".to_owned()
         }
-        GradingOutcome::Failed => "Something failed.",
+        GradingOutcome::Passed | GradingOutcome::PassedShipped => {
+            "All required features passed.".to_owned()
+        }
+        GradingOutcome::Failed
+            if grading.only_lacks() && remarks::measured(grading).next().is_none() =>
+        {
+            "Unfinished; nothing wrong was found in what is there.".to_owned()
+        }
+        GradingOutcome::Failed => {
+            let deciding: Vec<&FeatureResult> =
+                grading.features.iter().filter(|result| grading.decides(result)).collect();
+            let is_required = |result: &&FeatureResult| result.feature.section == Section::Required;
+            let of =
+                if deciding.iter().all(is_required) { "required features" } else { "features" };
+            let wrong = deciding.iter().filter(|result| !result.is_pass()).count();
+            match wrong {
+                0 => "Jacobians are wrong.".to_owned(),
+                _ => format!("{wrong} of {} {of} failed.", deciding.len()),
+            }
+        }
         GradingOutcome::GraderFault => {
-            "Something could not be judged; its points are neither earned nor lost."
+            "Something could not be judged; its points are neither earned nor lost.".to_owned()
         }
     }
 }

@@ -1,0 +1,92 @@
+//! Remarks beside the findings that all reports for people show: failed scenes that no finding explains, and what single
+//! steps of a program show.
+
+use grader::grading::{Grading, SceneResult, Since};
+use grader::probe::{self, PartReport};
+use grader::verdict::{Failure, Verdict};
+
+/// Scenes that failed alike, under no finding.
+pub(crate) struct Unexplained<'a> {
+    /// The remark, without the scenes.
+    pub(crate) words: String,
+    /// The scenes.
+    pub(crate) scenes: Vec<&'a SceneResult>,
+}
+
+/// Shipped scenes in the order of the report.
+pub(crate) fn scenes(grading: &Grading) -> impl Iterator<Item = &SceneResult> {
+    grading.features.iter().flat_map(|feature| &feature.scenes)
+}
+
+/// The failed scenes that no finding explains, by verdict, the most frequent first.
+pub(crate) fn unexplained(grading: &Grading) -> Vec<Unexplained<'_>> {
+    let is_explained =
+        |scene: &SceneResult| grading.findings.list.iter().any(|f| f.scenes.contains(&scene.id));
+    let mut groups: Vec<(&Verdict, Vec<&SceneResult>)> = Vec::new();
+    for scene in scenes(grading).filter(|scene| !is_explained(scene)) {
+        let verdict = &scene.comparison.verdict;
+        match groups.iter_mut().find(|(known, _)| known.name() == verdict.name()) {
+            _ if verdict.is_pass() => {}
+            Some((_, scenes)) => scenes.push(scene),
+            None => groups.push((verdict, vec![scene])),
+        }
+    }
+    groups.sort_by_key(|(_, scenes)| std::cmp::Reverse(scenes.len()));
+    let open: usize = grading.findings.list.iter().map(|finding| finding.open).sum();
+    let mut found = Vec::new();
+    for (verdict, scenes) in groups {
+        let name = verdict.name().replace('-', " ");
+        let count = counted(scenes.len(), "scene");
+        let is_of_numbers =
+            matches!(verdict, Verdict::Fail(failure) if Failure::has_numbers(failure));
+        let why = match () {
+            () if !is_of_numbers => "",
+            () if scenes.len() <= open => " that the mistakes above may explain, or not",
+            () => " without a known cause",
+        };
+        found.push(Unexplained { words: format!("{count}{why} ({name})"), scenes });
+    }
+    found
+}
+
+/// The parts of forces whose single steps are wrong, with what is wrong in words.
+pub(crate) fn measured(grading: &Grading) -> impl Iterator<Item = (&PartReport, String)> {
+    let parts = grading.probing.iter().flat_map(|probing| &probing.parts);
+    parts.filter(|part| part.verdict() == probe::Verdict::Wrong).map(|part| {
+        let wrong = part.findings().filter(|(_, each)| each.verdict == probe::Verdict::Wrong);
+        let names: Vec<&str> = wrong.map(|(name, _)| name).collect();
+        let space = part.dimension.count();
+        (part, format!("{} {}, {space}D: {} ", part.force, part.part, names.join(", ")))
+    })
+}
+
+/// Names of scenes in a line.
+const NAMES: usize = 3;
+
+/// Some names and the number of the others.
+pub(crate) fn named<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let more = names.len().saturating_sub(NAMES);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    names.take(NAMES).collect::<Vec<_>>().join(", ") + &more
+}
+
+/// What changed since the last run, in a sentence; `None` if nothing did.
+pub(crate) fn since(since: &Since) -> Option<String> {
+    let Since { mended, broken } = since;
+    let parts = [(mended, "failed before and pass"), (broken, "passed before and fail")];
+    let parts = parts.into_iter().filter(|(scenes, _)| !scenes.is_empty());
+    let part = |(scenes, what): (&Vec<String>, &str)| {
+        format!(
+            "{} {what} ({})",
+            counted(scenes.len(), "scene"),
+            named(scenes.iter().map(String::as_str))
+        )
+    };
+    let parts: Vec<String> = parts.map(part).collect();
+    (!parts.is_empty()).then(|| format!("Since the last run: {}.", parts.join("; ")))
+}
+
+/// `1 scene`, `2 scenes`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}

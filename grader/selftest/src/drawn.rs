@@ -11,8 +11,9 @@
 //! finding of the grader is held against them.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
-use diagnosis::findings::{Family, Feature, FindingKind, Part};
+use diagnosis::findings::{Family, Feature, FindingKind, Part, Thresholds};
 use fastrand::Rng;
 use grader::compare::Criteria;
 use grader::grading::{self, Grading};
@@ -269,11 +270,13 @@ impl<'a> Drawn<'a> {
         })
     }
 
-    fn grade(&self, suite: &Suite, oracle: &Oracle, rubric: &Rubric) -> Grading {
+    fn grade(&self, inputs: Inputs<'_>, limits: &Thresholds) -> Grading {
+        let Inputs { suite, oracle, rubric } = inputs;
         let student = self.student();
-        grading::collect(suite, String::new(), oracle, rubric, |case, criteria: Criteria| {
+        let judge = |case: &Case, criteria: Criteria| {
             grading::judge(case, oracle, criteria, || self.states(&student, case))
-        })
+        };
+        grading::collect(suite, String::new(), oracle, rubric, limits, judge)
     }
 
     fn describe(&self) -> String {
@@ -389,15 +392,54 @@ pub struct Plan {
     pub seed: u64,
 }
 
-/// Draws and grades programs; `suite` must contain only scenes that the student supports.
-pub fn run(suite: &Suite, oracle: &Oracle, rubric: &Rubric, plan: Plan) -> Vec<Result> {
-    let own = mistake::possible(suite, mistake::all());
+/// What programs are graded by.
+#[derive(Clone, Copy)]
+pub struct Inputs<'a> {
+    /// Scenes that the student supports, and no others.
+    pub suite: &'a Suite,
+    /// Their traces.
+    pub oracle: &'a Oracle,
+    /// Tolerances and points.
+    pub rubric: &'a Rubric,
+}
+
+/// Draws and grades programs; causes are looked for within these limits.
+pub fn run(inputs: Inputs<'_>, plan: Plan, limits: &Thresholds) -> Vec<Result> {
+    let own = mistake::possible(inputs.suite, mistake::all());
     let foreign = mistake::foreign();
     let one = |number: u64| {
         let seed = plan.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number);
-        let drawn = Drawn::draw(suite, &own, &foreign, seed);
-        let grading = drawn.grade(suite, oracle, rubric);
-        drawn.held_against(number, suite, &grading)
+        let drawn = Drawn::draw(inputs.suite, &own, &foreign, seed);
+        let grading = drawn.grade(inputs, limits);
+        drawn.held_against(number, inputs.suite, &grading)
     };
     (plan.first..plan.first + plan.count).into_par_iter().map(one).collect()
+}
+
+/// The drawn programs, graded with one number of the search moved.
+pub struct Moved {
+    /// The number; `None` where all are as they are.
+    pub number: Option<&'static str>,
+    /// Its value.
+    pub value: f64,
+    /// The programs.
+    pub results: Vec<Result>,
+    /// Seconds that drawing and grading took, on all processors.
+    pub seconds: f64,
+}
+
+/// Grades the same drawn programs as they are, and with each number of the search divided and multiplied by 4.
+pub fn moved(inputs: Inputs<'_>, plan: Plan) -> Vec<Moved> {
+    let default = Thresholds::default();
+    let mut all = vec![(None, f64::NAN, default)];
+    for &(number, value) in Thresholds::ALL {
+        let factors = [0.25, 4.0];
+        all.extend(factors.map(|by| (Some(number), value * by, default.moved(number, by))));
+    }
+    let graded = |(number, value, limits): (Option<&'static str>, f64, Thresholds)| {
+        let start = Instant::now();
+        let results = run(inputs, plan, &limits);
+        Moved { number, value, results, seconds: start.elapsed().as_secs_f64() }
+    };
+    all.into_iter().map(graded).collect()
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use diagnosis::findings::{self, Findings, JudgedScene, Outcome};
+use diagnosis::findings::{self, Findings, JudgedScene, Outcome, Thresholds};
 use sandbox::NotKept;
 
 use super::judge::Judged;
@@ -13,14 +13,14 @@ use crate::suite::{NoTrace, Section};
 use crate::verdict::{Failure, FormFault, Lack, RunEnd, RunFailure, Skipped, Verdict};
 
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
-pub(super) fn look_into(judged: &mut [Judged<'_>]) -> Findings {
+pub(super) fn look_into(judged: &mut [Judged<'_>], limits: &Thresholds) -> Findings {
     if judged.iter().all(|judged| judged.result.comparison.verdict.is_pass()) {
         let tasks = findings::tasks_of_passed(judged.iter().map(|judged| &judged.case.scene));
         return Findings { tasks, ..Findings::default() };
     }
     let find = || {
         let scenes: Vec<JudgedScene<'_>> = judged.iter().map(scene_of).collect();
-        Findings::of(&scenes)
+        Findings::of(&scenes, limits)
     };
     let Ok((mut findings, found)) = catch_unwind(AssertUnwindSafe(find)) else {
         return Findings::default();
@@ -76,6 +76,7 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
     JudgedScene {
         name: &case.id,
         scene: &case.scene,
+        is_extra: case.feature.section == Section::ExtraCredit,
         outcome: outcome(&comparison.verdict),
         first_wrong: comparison.first_wrong.as_ref().map(|first| findings::FirstWrong {
             step: first.place.step,

@@ -43,7 +43,7 @@ use hidden::HiddenSuite;
 use sandbox::Protection;
 
 use diagnose::look_into;
-use diagnosis::findings::Finding;
+use diagnosis::findings::{Finding, Thresholds};
 use judge::{Judged, judge_case, of_case, restart_some};
 pub use judge::{judge, panic_message};
 use result::gather;
@@ -139,7 +139,7 @@ impl<'a> Grader<'a> {
             JacobianReport::default()
         };
         let (mut judged, broken) = self.scenes(submission);
-        let findings = look_into(&mut judged);
+        let findings = look_into(&mut judged, &Thresholds::default());
         // A program that was killed with the run, or that only times out, has no further results.
         let program = || match submission {
             Submission::Program(_) if observer.is_stopped() || broken.is_some() => None,
@@ -293,18 +293,19 @@ impl<'a> Grader<'a> {
     }
 }
 
-/// Judges every scene of the suite by `judge`, in parallel.
+/// Judges every scene of the suite by `judge`, in parallel, and looks for causes within these limits.
 pub fn collect(
     suite: &Suite,
     submission: impl Into<Untrusted>,
     oracle: &Oracle,
     rubric: &Rubric,
+    limits: &Thresholds,
     judge: impl Fn(&Case, Criteria) -> (Comparison, Vec<State>) + Sync,
 ) -> Grading {
     let cases = suite.cases.par_iter();
     let judged = |case| of_case(case, oracle, rubric, |criteria| judge(case, criteria));
     let mut judged: Vec<Judged<'_>> = cases.map(judged).collect();
-    let findings = look_into(&mut judged);
+    let findings = look_into(&mut judged, limits);
     let results = judged.into_iter().map(|judged| (judged.case, judged.result));
     gather(submission.into(), rubric, results.collect(), findings)
 }

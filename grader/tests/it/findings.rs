@@ -2,7 +2,7 @@
 
 use diagnosis::change::candidates;
 use diagnosis::change::{Change, Model, Term};
-use diagnosis::findings::{Finding, FindingKind};
+use diagnosis::findings::{Finding, FindingKind, Thresholds};
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
@@ -47,24 +47,40 @@ fn findings(changes: &[Change], written: fn(Vec<State>) -> Vec<State>) -> Vec<Fi
 
 /// The findings on the traces of a program, by the scene.
 fn findings_of(program: impl Fn(&Scene) -> Vec<State> + Sync) -> Vec<Finding> {
+    findings_in(|_| true, program)
+}
+
+/// The same in the scenes with these names.
+fn findings_in(
+    is_kept: impl Fn(&str) -> bool,
+    program: impl Fn(&Scene) -> Vec<State> + Sync,
+) -> Vec<Finding> {
     let folder = root().join("assets");
     let mut assignment =
         Assignment::load(&folder.join("assignments"), "t1m3").expect("an assignment");
     let mut suite = suite();
     assignment.narrow(&mut suite).expect("scenes");
+    suite.cases.retain(|case| is_kept(&case.id));
     let mut rubric = Rubric::load(&folder.join("rubric.toml")).expect("a rubric");
     rubric.assign(assignment);
     let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
-    let grading = grading::collect(&suite, String::new(), &oracle, &rubric, |case, criteria| {
-        grading::judge(case, &oracle, criteria, || {
-            if case.scene.particles.len() > SMALL {
-                let missing = NoTrace::Missing { stem: (&case.id).into(), other_case: None };
-                return Err(Verdict::Fail(Failure::NoTrace(missing)));
-            }
-            let states = program(&case.scene);
-            Ok(Box::new(States(states.into_iter())) as Box<dyn StateSource>)
-        })
-    });
+    let grading = grading::collect(
+        &suite,
+        String::new(),
+        &oracle,
+        &rubric,
+        &Thresholds::default(),
+        |case, criteria| {
+            grading::judge(case, &oracle, criteria, || {
+                if case.scene.particles.len() > SMALL {
+                    let missing = NoTrace::Missing { stem: (&case.id).into(), other_case: None };
+                    return Err(Verdict::Fail(Failure::NoTrace(missing)));
+                }
+                let states = program(&case.scene);
+                Ok(Box::new(States(states.into_iter())) as Box<dyn StateSource>)
+            })
+        },
+    );
     grading.findings.list
 }
 
@@ -109,6 +125,25 @@ fn changes_are_identified_from_traces() {
         };
         assert!(named.iter().any(|named| named == words), "{words}: {named:?}");
     }
+}
+
+/// No second scene could confirm a mistake of a method that has one scene.
+#[test]
+fn one_scene_proves_a_cause_in_a_method_without_another() {
+    let words =
+        "linearized-implicit-euler: the forces are divided by the mass, and the matrix has M";
+    let change = [candidate(words)];
+    let suite = suite();
+    let of_method = |scene: &Scene| scene.integrator.name == "linearized-implicit-euler";
+    let is_wrong = |scene: &Scene| of_method(scene) && states(scene, &change) != states(scene, &[]);
+    let wrong = suite.cases.iter().find(|case| is_wrong(&case.scene)).expect("a scene");
+    let others = suite.cases.iter().filter(|case| !of_method(&case.scene));
+    let kept: Vec<&str> = others.chain([wrong]).map(|case| case.id.as_str()).collect();
+    let found = findings_in(|id| kept.contains(&id), |scene| states(scene, &change));
+    let [Finding { kind: FindingKind::Cause, words: named, .. }] = found.as_slice() else {
+        panic!("{found:#?}");
+    };
+    assert!(named.iter().any(|named| named == words), "{named:?}");
 }
 
 #[test]

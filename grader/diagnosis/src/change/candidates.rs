@@ -14,8 +14,8 @@ use super::forms::Forms;
 use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Particles,
-    Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, MassAt, Newton, Norm,
+    Particles, Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
 };
 use reference::method::{Method, OnePoint};
 
@@ -272,18 +272,23 @@ impl NumberedForce {
 }
 
 /// A block of an element's Jacobian multiplied by a number.
-pub fn scaled_block(term: Term, quantity: Quantity, [row, column]: [usize; 2], by: f64) -> Change {
-    let particles = term.schema().stencil.particles();
-    let block = format!("block {} {}", particles[row], particles[column]);
+pub fn scaled_block(term: Term, quantity: Quantity, place: [usize; 2], by: f64) -> Change {
+    let [row, column] = place;
     Change {
         place: Place::Jacobian(term),
-        words: match by {
-            0.0 => format!("{} lacks its {block}", name(term, quantity)),
-            -1.0 => format!("{} has its {block} with the wrong sign", name(term, quantity)),
-            _ => format!("{} has its {block} multiplied by {}", name(term, quantity), decimal(by)),
-        },
+        words: format!("{} {}", name(term, quantity), scaled_in_words(term, place, by)),
         effect: Effect::Blocks(term, quantity, Blocks::Scaled(row, column, by)),
         rank: 3,
+    }
+}
+
+fn scaled_in_words(term: Term, [row, column]: [usize; 2], by: f64) -> String {
+    let particles = term.schema().stencil.particles();
+    let block = format!("its block {} {}", particles[row], particles[column]);
+    match by {
+        0.0 => format!("lacks {block}"),
+        -1.0 => format!("has {block} with the wrong sign"),
+        _ => format!("has {block} multiplied by {}", decimal(by)),
     }
 }
 
@@ -309,6 +314,10 @@ fn of_method(name: &'static str, rule: Rule, words: &str, rank: u8) -> Change {
         effect: Effect::Method(name, rule),
         rank,
     }
+}
+
+pub(super) fn has_quantity(term: Term, quantity: Quantity) -> bool {
+    groups(term).contains(&[quantity].as_slice())
 }
 
 /// Groups of quantities that are scaled together.
@@ -547,6 +556,9 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             let ordinals = ["first", "second", "third", "fourth"];
             let places = ordinals.iter().enumerate().take(stencil.size());
             let backwards = || places.clone().rev();
+            blocks.extend(names.iter().enumerate().map(|(place, name)| {
+                (Blocks::Only(place), format!("has only its block {name} {name}"))
+            }));
             blocks.extend(backwards().map(|(place, name)| {
                 (Blocks::WithoutRow(place), format!("lacks the rows of the {name} of {all}"))
             }));
@@ -574,6 +586,13 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 }));
                 blocks.push((Blocks::Without(pair), words));
             }
+        }
+        let size = if stencil.is_field() { 0 } else { stencil.size() };
+        for (row, column) in (0..size * size).map(|place| (place / size, place % size)) {
+            let of = |by: f64| {
+                (Blocks::Scaled(row, column, by), scaled_in_words(term, [row, column], by))
+            };
+            blocks.extend([-1.0, 0.0].map(of));
         }
         for (blocks, words) in blocks {
             add(quantity, &words, Effect::Blocks(term, quantity, blocks), 1);
@@ -651,6 +670,13 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         add(Rule::Forces(factor), 1, words);
     }
     let inertia = |matrix, right, sign| Rule::Inertia { matrix, right, sign };
+    let words = "the mass of a coordinate is read at the number of its particle, in a list with one for each coordinate";
+    add(Rule::MassAt(MassAt::Particle), 2, words);
+    add(Rule::MassAt(MassAt::First), 2, "every coordinate has the first mass");
+    if method != OnePoint::Explicit && method != OnePoint::Symplectic {
+        let words = "the Jacobians are divided by the masses of their columns, not of their rows";
+        add(Rule::ColumnMasses, 2, words);
+    }
     match method {
         OnePoint::Explicit | OnePoint::Symplectic => {
             add(inertia(0, 0, 1.0), 1, "forces are not divided by the mass");
@@ -809,6 +835,12 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     };
     let rule = Effect::Fixed;
     add(None, Effect::Scene(SceneRule::Unfixed), 0, "fixed particles are treated as free");
+    if scene.particles.iter().filter(|particle| particle.fixed).count() > 1 {
+        for (last, which) in [(false, "first"), (true, "last")] {
+            let words = format!("of several fixed particles, only the {which} is held");
+            add(None, Effect::Scene(SceneRule::OneFixed { last }), 1, &words);
+        }
+    }
     add(
         None,
         rule(FixedRule::Stand),
@@ -940,6 +972,20 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             for (ends, on) in ends {
                 let words = format!("{tag} overwrites the forces{on} of the elements before it");
                 add(whole, SceneRule::Overwrites(tag, *ends), 2, words);
+            }
+            for quantity in [Quantity::ByPosition, Quantity::ByVelocity] {
+                let of_parts = terms.iter().filter(|term| has_quantity(**term, quantity));
+                let of_parts: Vec<Term> = of_parts.copied().collect();
+                let Some(first) = of_parts.first() else { continue };
+                let whole = name(Term { part: "", ..*first }, quantity);
+                let words = format!("{whole} is assigned to its blocks, not added");
+                add(Place::Jacobian(*first), SceneRule::Assigned(tag, quantity, false), 2, words);
+                if of_parts.len() > 1 {
+                    let words =
+                        format!("each part of {whole} is assigned to its blocks, not added");
+                    let rule = SceneRule::Assigned(tag, quantity, true);
+                    add(Place::Jacobian(*first), rule, 2, words);
+                }
             }
         }
         if of_it().any(|element| element.edge.is_some()) {

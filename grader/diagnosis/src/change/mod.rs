@@ -101,7 +101,13 @@ impl Change {
             (Effect::Method(name, _), _) => {
                 scene.integrator.name == *name || SUBSTITUTES.contains(name)
             }
-            (Effect::Fixed(_) | Effect::Scene(SceneRule::Unfixed | SceneRule::Unjoined), place) => {
+            (
+                Effect::Fixed(_)
+                | Effect::Scene(
+                    SceneRule::Unfixed | SceneRule::Unjoined | SceneRule::OneFixed { .. },
+                ),
+                place,
+            ) => {
                 let concerned = match place {
                     Place::Fixed(Some(family)) => family == implicit(),
                     // A method in the place of another has its mistakes there.
@@ -353,6 +359,8 @@ pub enum Blocks {
     SameSign,
     /// `0, −k; −k, 0`.
     Cross,
+    /// Only that of the particle at this place by itself.
+    Only(usize),
     /// All but the two between the particles at these places.
     Without([usize; 2]),
     /// The same on coordinates relative to the particle at the third place: its rows and columns balance those that are left.
@@ -401,6 +409,15 @@ pub enum Softening {
     AtLeast(f64),
 }
 
+/// An index at which the mass of coordinate `r` is read, of a list with an entry for each coordinate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MassAt {
+    /// The number of its particle.
+    Particle,
+    /// 0.
+    First,
+}
+
 /// A rule of an integrator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rule {
@@ -421,6 +438,10 @@ pub enum Rule {
         /// Factor on the right-hand side.
         sign: f64,
     },
+    /// The mass of each coordinate is read at a wrong index.
+    MassAt(MassAt),
+    /// Jacobians are divided by the mass of their column, not of their row.
+    ColumnMasses,
     /// Forces at `x + c h v` (implicit: `x + c h u`).
     ForcesAt(f64),
     /// Jacobians at `x + c h u`.
@@ -601,8 +622,16 @@ pub enum SceneRule {
     UnjoinedOf(&'static str),
     /// The forces of an element on these ends overwrite those before it, in the order of the file.
     Overwrites(&'static str, Ends),
+    /// The blocks of an element's Jacobian overwrite those of elements before it, in the order of the file; those of each
+    /// part also those of the parts before it, if so.
+    Assigned(&'static str, Quantity, bool),
     /// Each element acts on the particles of the one before it.
     ParticlesBefore(&'static str),
+    /// Of several fixed particles, the first or the last is fixed.
+    OneFixed {
+        /// The last one.
+        last: bool,
+    },
     /// Fixed particles are free.
     Unfixed,
     /// Forces between a fixed and another particle are left out.

@@ -8,12 +8,13 @@ use scene::schema::Convergence;
 use scene::trace::State;
 use scene::{self, ForceElement, Parameters, Scene};
 
+use super::candidates::has_quantity;
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, Newton, Norm, Particles,
-    Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, MassAt, Newton, Norm,
+    Particles, Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -60,6 +61,8 @@ struct Element {
     parameters: Parameters,
     /// The particles on which its force is overwritten by a later element's.
     lost: Vec<usize>,
+    /// The same of blocks of its Jacobians: row and column; by position, then by velocity.
+    lost_blocks: [Vec<[usize; 2]>; 2],
 }
 
 /// A formula and what is done to its values.
@@ -94,6 +97,8 @@ pub(super) struct Rules {
     pub(super) matrix: [Factor; 2],
     pub(super) inertia_matrix: i32,
     pub(super) inertia_right: (i32, f64),
+    /// Whether Jacobians are divided by the masses of their columns, not of their rows.
+    pub(super) column_masses: bool,
     pub(super) forces_at: Option<f64>,
     pub(super) jacobians_at: Option<f64>,
     pub(super) stale: bool,
@@ -188,6 +193,7 @@ impl Model {
             matrix: [Factor::number(1.0); 2],
             inertia_matrix: 1,
             inertia_right: (1, 1.0),
+            column_masses: false,
             forces_at: None,
             jacobians_at: None,
             stale: false,
@@ -358,6 +364,16 @@ impl Model {
                 rules.inertia_matrix = matrix;
                 rules.inertia_right = (right, sign);
             }
+            Rule::MassAt(index) => {
+                let mass = self.mass.clone();
+                for (dof, own) in self.mass.iter_mut().enumerate() {
+                    *own = match index {
+                        MassAt::Particle => mass[dof / self.dimension],
+                        MassAt::First => mass[0],
+                    };
+                }
+            }
+            Rule::ColumnMasses => rules.column_masses = true,
             Rule::ForcesAt(c) => rules.forces_at = Some(c),
             Rule::JacobiansAt(c) => rules.jacobians_at = Some(c),
             Rule::AllAt(c) => (rules.forces_at, rules.jacobians_at) = (Some(c), Some(c)),
@@ -519,7 +535,10 @@ impl Model {
         let evaluation = &model.evaluations[1 + place];
         let factor =
             |row: usize| evaluation.factor.of(self.scene.time_step, self.scene.particles[row].mass);
-        let mut put = |row: usize, column: usize, block: Matrix3<f64>| {
+        let mut put = |element: &Element, row: usize, column: usize, block: Matrix3<f64>| {
+            if element.lost_blocks[place].contains(&[row, column]) {
+                return;
+            }
             let block = evaluation.axes.map_or(block, |axes| axes.of_matrix(block));
             add(row, column, &(block * factor(row)));
         };
@@ -528,7 +547,7 @@ impl Model {
             return;
         }
         // The blocks of an element, row by row, changed.
-        let mut put_all = |particles: &[usize], blocks: &mut [Matrix3<f64>]| {
+        let mut put_all = |element: &Element, particles: &[usize], blocks: &mut [Matrix3<f64>]| {
             let m = particles.len();
             if let Some(change) = evaluation.blocks {
                 change.change(m, blocks);
@@ -536,7 +555,7 @@ impl Model {
             let is_local = evaluation.blocks == Some(Blocks::LocalIndices);
             let particle = |place: usize| if is_local { place } else { particles[place] };
             for (place, block) in blocks.iter().enumerate() {
-                put(particle(place / m), particle(place % m), *block);
+                put(element, particle(place / m), particle(place % m), *block);
             }
         };
         if let Some(law) = &model.law {
@@ -550,7 +569,7 @@ impl Model {
                     Matrix3::from_fn(|a, b| if a.max(b) < d { entry(a, b) } else { 0.0 })
                 };
                 let mut blocks: Vec<Matrix3<f64>> = (0..m * m).map(block).collect();
-                put_all(&stencil.particles, &mut blocks);
+                put_all(&model.elements[stencil.number], &stencil.particles, &mut blocks);
             });
             return;
         }
@@ -560,11 +579,11 @@ impl Model {
                 |pair: [usize; 2]| formula.value(&self.inputs(model, element, pair, at)).matrix();
             if let [i, j] = element.particles[..] {
                 let block = of([i, j]);
-                put_all(&[i, j], &mut [block, -block, -block, block]);
+                put_all(element, &[i, j], &mut [block, -block, -block, block]);
                 continue;
             }
             for particle in Particles::of(evaluation.particles, self.scene.particles.len()) {
-                put_all(&[particle], &mut [of([particle; 2])]);
+                put_all(element, &[particle], &mut [of([particle; 2])]);
             }
         }
     }
@@ -575,7 +594,7 @@ impl Model {
         model: &TermModel,
         quantity: Quantity,
         at: &Point,
-        put: &mut impl FnMut(usize, usize, Matrix3<f64>),
+        put: &mut impl FnMut(&Element, usize, usize, Matrix3<f64>),
     ) {
         let Some(formula) = &model.evaluations[0].formula else { return };
         let by_velocity = quantity == Quantity::ByVelocity;
@@ -594,15 +613,15 @@ impl Model {
             if let [i, j] = element.particles[..] {
                 let inputs = self.inputs(model, element, [i, j], at);
                 let [own, cross] = [block(&inputs, 0, 1.0), block(&inputs, 1, -1.0)];
-                put(i, i, own);
-                put(i, j, cross);
-                put(j, i, -own);
-                put(j, j, -cross);
+                put(element, i, i, own);
+                put(element, i, j, cross);
+                put(element, j, i, -own);
+                put(element, j, j, -cross);
                 continue;
             }
             for particle in 0..if by_velocity { self.scene.particles.len() } else { 0 } {
                 let inputs = self.inputs(model, element, [particle; 2], at);
-                put(particle, particle, block(&inputs, 0, 1.0));
+                put(element, particle, particle, block(&inputs, 0, 1.0));
             }
         }
     }
@@ -677,27 +696,58 @@ fn name_of(method: OnePoint) -> Option<&'static str> {
     kinds.find(|schema| Method::one_point(schema) == Some(method)).map(|schema| schema.name)
 }
 
-/// The particles on which the force of each element of the scene is overwritten by a later one.
-fn lost(scene: &Scene, changes: &[Change]) -> Vec<Vec<usize>> {
-    let mut lost = vec![Vec::new(); scene.forces.len()];
+/// What later elements overwrite of an element.
+#[derive(Clone, Default)]
+struct Lost {
+    particles: Vec<usize>,
+    blocks: [Vec<[usize; 2]>; 2],
+}
+
+/// What is overwritten of each element of the scene, in the order of the file.
+fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
+    let mut all = vec![Lost::default(); scene.forces.len()];
     for change in changes {
-        let Effect::Scene(SceneRule::Overwrites(tag, ends)) = change.effect else { continue };
-        let written = |element: &ForceElement| -> Vec<usize> {
-            match (&element.particles[..], ends) {
-                ([], _) => (0..scene.particles.len()).collect(),
-                ([first, ..], Ends::First) => vec![*first],
-                ([_, second, ..], Ends::Second) => vec![*second],
-                (particles, _) => particles.to_vec(),
-            }
-        };
+        let Effect::Scene(rule) = change.effect else { continue };
+        let (SceneRule::Overwrites(tag, _) | SceneRule::Assigned(tag, ..)) = rule else { continue };
         for (number, element) in scene.forces.iter().enumerate() {
-            if element.schema.tag == tag {
-                let written = written(element);
-                lost[..number].iter_mut().for_each(|lost| lost.extend(&written));
+            if element.schema.tag != tag {
+                continue;
             }
+            let mut particles = particles_of(scene, element);
+            if let SceneRule::Assigned(_, quantity, _) = rule {
+                let blocks = blocks_of(scene, element);
+                let place = usize::from(quantity == Quantity::ByVelocity);
+                all[..number].iter_mut().for_each(|lost| lost.blocks[place].extend(&blocks));
+                continue;
+            }
+            match rule {
+                SceneRule::Overwrites(_, Ends::First) => particles.truncate(1),
+                SceneRule::Overwrites(_, Ends::Second) if particles.len() > 1 => {
+                    particles = vec![particles[1]];
+                }
+                _ => {}
+            }
+            all[..number].iter_mut().for_each(|lost| lost.particles.extend(&particles));
         }
     }
-    lost
+    all
+}
+
+/// The particles that an element acts on.
+fn particles_of(scene: &Scene, element: &ForceElement) -> Vec<usize> {
+    match element.particles.is_empty() {
+        true => (0..scene.particles.len()).collect(),
+        false => element.particles.to_vec(),
+    }
+}
+
+/// The blocks of an element's Jacobian: row and column.
+fn blocks_of(scene: &Scene, element: &ForceElement) -> Vec<[usize; 2]> {
+    let all = particles_of(scene, element);
+    if element.particles.is_empty() {
+        return all.into_iter().map(|particle| [particle; 2]).collect();
+    }
+    all.iter().flat_map(|&row| all.iter().map(move |&column| [row, column])).collect()
 }
 
 fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
@@ -710,6 +760,16 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             }
         }
     }
+    // A part before the last of its force, where each part is assigned.
+    let is_overwritten = |term: Term, place: usize| {
+        let quantity = [Quantity::ByPosition, Quantity::ByVelocity][place];
+        let of_force = Term::of(term.schema());
+        let last = of_force.iter().rfind(|term| has_quantity(**term, quantity));
+        let is_its = |change: &Change| {
+            change.effect == Effect::Scene(SceneRule::Assigned(term.tag, quantity, true))
+        };
+        last != Some(&term) && changes.iter().any(is_its)
+    };
     let model = |term: Term| {
         let of_it = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
         let elements = scene.forces.iter().zip(&lost);
@@ -717,7 +777,14 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
         let elements = elements.map(|(element, lost)| Element {
             particles: element.particles.clone(),
             parameters: element.parameters.clone(),
-            lost: lost.clone(),
+            lost: lost.particles.clone(),
+            lost_blocks: [0, 1].map(|place| {
+                let mut blocks = lost.blocks[place].clone();
+                if is_overwritten(term, place) {
+                    blocks.extend(blocks_of(scene, element));
+                }
+                blocks
+            }),
         });
         let forms = forms_of(term);
         let law = || {
@@ -783,6 +850,7 @@ impl Blocks {
             let transposed = || right[column * m + row].transpose();
             let is_left_out = match self {
                 Self::Own => row != column,
+                Self::Only(kept) => [row, column] != [kept; 2],
                 Self::Cross => row == column,
                 Self::Without([i, j]) | Self::WithoutRelative([i, j], _) => {
                     [row, column] == [i, j] || [row, column] == [j, i]
@@ -972,7 +1040,17 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             let is_free = |each: &usize| !particles[*each].fixed;
             forces.retain(|element| !of(tag)(element) || element.particles.iter().all(is_free));
         }
-        SceneRule::Overwrites(..) => {}
+        SceneRule::Overwrites(..) | SceneRule::Assigned(..) => {}
+        SceneRule::OneFixed { last } => {
+            let fixed = |particle: &scene::Particle| particle.fixed;
+            let kept = match last {
+                true => scene.particles.iter().rposition(fixed),
+                false => scene.particles.iter().position(fixed),
+            };
+            for (number, particle) in scene.particles.iter_mut().enumerate() {
+                particle.fixed = Some(number) == kept;
+            }
+        }
         SceneRule::Unfixed => {
             scene.particles.iter_mut().for_each(|particle| particle.fixed = false);
         }

@@ -314,11 +314,13 @@ impl Model {
         let size = u.len();
         let mut matrix = DMatrix::from_fn(size, size, |row, column| {
             let [of_k, of_b] = self.matrix_coefficients(self.mass[row]);
+            let side =
+                if self.rules.column_masses { self.mass[row] / self.mass[column] } else { 1.0 };
             let inertia = match row == column {
                 true => self.mass[row].powi(self.rules.inertia_matrix) + self.rules.diagonal,
                 false => 0.0,
             };
-            inertia - of_k * k[(row, column)] - of_b * b[(row, column)]
+            inertia - side * (of_k * k[(row, column)] + of_b * b[(row, column)])
         });
         let (power, sign) = self.rules.inertia_right;
         let mut right = DVector::from_fn(size, |dof, _| {
@@ -460,7 +462,11 @@ impl Model {
             return vec![0.0; self.mass.len()];
         }
         let points = self.points(sample);
-        let delta = change(sample);
+        let mut delta = change(sample);
+        let is_by_columns = self.rules.column_masses && quantity != Quantity::Force;
+        if is_by_columns {
+            delta.iter_mut().zip(&self.mass).for_each(|(delta, mass)| *delta /= mass);
+        }
         let at = &points[usize::from(quantity != Quantity::Force)];
         let mut value = self.value(model, quantity, at, &delta);
         for (dof, value) in value.iter_mut().enumerate() {
@@ -472,6 +478,7 @@ impl Model {
                 Quantity::ByPosition => -of_k,
                 Quantity::ByVelocity => -of_b,
             };
+            *value *= if is_by_columns { mass } else { 1.0 };
         }
         value
     }

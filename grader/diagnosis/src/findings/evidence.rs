@@ -10,6 +10,7 @@
 //! method no longer converges, states say nothing more; then the single steps decide.
 
 use std::collections::BTreeSet;
+use std::ops::Deref;
 
 use crate::change::{Change, Model, Place};
 use scene::schema::Convergence;
@@ -19,20 +20,12 @@ use scene::{Rendering, Scene};
 use super::form::Kind;
 use super::judged::{JudgedScene, Outcome};
 use super::scope::Failing;
+use super::search::Thresholds;
 use crate::bound::Bound;
 use crate::steps::{self, Evidence, Rounding, WrongSteps};
 
-/// Multiple of the noise that a single step may be off.
-pub(super) const LEFT: f64 = 3.0;
-
 /// Error of a linear solver relative to the change of the velocities, where a change makes the system worse.
 const SOLVER: f64 = 1e-10;
-
-/// Spread of replays, relative to the motion, at which states are no longer compared.
-const CHAOTIC: f64 = 1e-3;
-
-/// Multiple of the noise from which a rule is broken.
-const CLEARLY: f64 = 30.0;
 
 /// Numbers of fewer digits than this are not called rounded: few numbers have that many.
 const FEWEST: usize = 3;
@@ -49,12 +42,22 @@ pub(super) struct SceneEvidence<'a> {
     pub(super) evidence: Vec<Evidence>,
     /// Relative error of the numbers of the trace.
     pub(super) rounding: f64,
-    /// Whether a fault of the output, another root or the changes made so far explain it.
-    pub(super) explained: bool,
-    /// Whether its steps satisfy the right equation, with another solution.
-    pub(super) has_other_root: bool,
-    /// Whether Newton's method converges slowly or not at all with the changes made so far: it shows nothing.
-    pub(super) open: bool,
+    /// The numbers that judge it.
+    pub(super) limits: &'a Thresholds,
+}
+
+/// Wrong steps of a scene that tell changes apart.
+pub(super) struct Samples<'a> {
+    pub(super) limits: &'a Thresholds,
+    steps: Vec<&'a Evidence>,
+}
+
+impl<'a> Deref for Samples<'a> {
+    type Target = [&'a Evidence];
+
+    fn deref(&self) -> &[&'a Evidence] {
+        &self.steps
+    }
 }
 
 /// Whether a change makes the trace's steps.
@@ -67,7 +70,7 @@ pub(super) enum Agreement {
 }
 
 impl<'a> SceneEvidence<'a> {
-    pub(super) fn of(judged: &'a JudgedScene<'a>) -> Self {
+    pub(super) fn of(judged: &'a JudgedScene<'a>, limits: &'a Thresholds) -> Self {
         let JudgedScene { scene: inner, outcome, states, .. } = judged;
         let mut scene = Self {
             judged,
@@ -77,9 +80,7 @@ impl<'a> SceneEvidence<'a> {
             steps: WrongSteps::default(),
             evidence: Vec::new(),
             rounding: 0.0,
-            explained: false,
-            has_other_root: judged.has_other_root,
-            open: false,
+            limits,
         };
         if states.len() < 2 {
             return scene;
@@ -106,21 +107,19 @@ impl<'a> SceneEvidence<'a> {
         self.kind == Some(Kind::Wrong) && self.steps.wrong > 0
     }
 
-    /// Whether its steps are evidence that nothing explains.
-    pub(super) fn is_left(&self) -> bool {
-        self.is_suspect() && !self.explained && !self.open
-    }
-
-    /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root, and states in a
-    /// wrong form show no steps.
-    pub(super) fn is_settled(&self) -> bool {
-        let has_states = self.kind.as_ref().is_none_or(Kind::keeps_states);
-        (self.passed || self.explained && has_states) && !self.has_other_root
-    }
-
     /// Simplest first: what a student should do first.
     pub(super) fn simplicity(&self) -> [usize; 5] {
         super::simplicity(self.judged.scene)
+    }
+
+    /// The first wrong steps whose defect is far above the noise.
+    pub(super) fn clear_samples(&self) -> Samples<'_> {
+        let clear = self.evidence.iter().filter(|evidence| {
+            let far =
+                |kind: usize| evidence.defect[kind] > self.limits.clear * evidence.noise[kind];
+            evidence.is_wrong() && (far(0) || far(1))
+        });
+        Samples { limits: self.limits, steps: clear.take(self.limits.first).collect() }
     }
 
     /// Whether `model` makes the sampled step.
@@ -132,8 +131,8 @@ impl<'a> SceneEvidence<'a> {
         let [x, v] = distances(&made.state, &sample.after);
         let [_, change] = distances(&sample.before, &sample.after);
         let solver = if change.is_finite() { SOLVER * change } else { 0.0 };
-        if x <= LEFT * noise[0] + self.scene.time_step * solver
-            && (self.judged.has_positions_alone || v <= LEFT * noise[1] + solver)
+        if x <= self.limits.left * noise[0] + self.scene.time_step * solver
+            && (self.judged.has_positions_alone || v <= self.limits.left * noise[1] + solver)
         {
             return Agreement::Agrees;
         }
@@ -190,7 +189,7 @@ impl<'a> SceneEvidence<'a> {
         let mut tolerances = [f64::INFINITY; 2];
         for kind in 0..2 - usize::from(self.judged.has_positions_alone) {
             let size = replay.size[kind].max(largest(values[kind]));
-            if replay.spread[kind] > CHAOTIC * size {
+            if replay.spread[kind] > self.limits.chaotic * size {
                 return None;
             }
             let Bound { tolerance, .. } = Bound::of(replay.spread[kind] + calibrated[kind], size);
@@ -217,13 +216,13 @@ impl<'a> SceneEvidence<'a> {
             let h = self.scene.time_step;
             let size = largest(&sample.after.positions) + h * largest(&sample.after.velocities);
             let unit = self.rounding.max(f64::EPSILON);
-            let bound = CLEARLY * (x + h * v + unit * size);
+            let bound = self.limits.clearly * (x + h * v + unit * size);
             for (dof, left) in residual.position.iter().enumerate() {
                 let is_fixed = self.scene.particles[dof / axes].fixed;
                 shown[usize::from(is_fixed)] |= left.abs() > bound;
             }
-            shown[1] |= !holds_otherwise && model.moves_fixed(sample, CLEARLY * v);
-            let bound = CLEARLY * v * residual.stiffness;
+            shown[1] |= !holds_otherwise && model.moves_fixed(sample, self.limits.clearly * v);
+            let bound = self.limits.clearly * v * residual.stiffness;
             let momentum = residual.momentum.iter().enumerate();
             wrong
                 .extend(momentum.filter(|(_, left)| left.abs() > bound).map(|(dof, _)| dof / axes));
@@ -244,6 +243,45 @@ impl<'a> SceneEvidence<'a> {
             }
         }
         all
+    }
+}
+
+/// A scene, with what is known of it.
+#[derive(Clone, Copy)]
+pub(super) struct Marked<'a> {
+    shown: &'a SceneEvidence<'a>,
+    /// Whether a fault of the output, another root or the changes made so far explain it.
+    pub(super) explained: bool,
+    /// Whether its steps satisfy the right equation, with another solution.
+    pub(super) has_other_root: bool,
+    /// Whether Newton's method converges slowly or not at all with the changes made so far: it shows nothing.
+    pub(super) open: bool,
+}
+
+impl<'a> Deref for Marked<'a> {
+    type Target = SceneEvidence<'a>;
+
+    fn deref(&self) -> &SceneEvidence<'a> {
+        self.shown
+    }
+}
+
+impl<'a> Marked<'a> {
+    pub(super) fn new(shown: &'a SceneEvidence<'a>) -> Self {
+        let has_other_root = shown.judged.has_other_root;
+        Self { shown, explained: false, has_other_root, open: false }
+    }
+
+    /// Whether its steps are evidence that nothing explains.
+    pub(super) fn is_left(&self) -> bool {
+        self.is_suspect() && !self.explained && !self.open
+    }
+
+    /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root, and states in a
+    /// wrong form show no steps.
+    pub(super) fn is_settled(&self) -> bool {
+        let has_states = self.kind.as_ref().is_none_or(Kind::keeps_states);
+        (self.passed || self.explained && has_states) && !self.has_other_root
     }
 }
 

@@ -5,7 +5,7 @@ use crate::change::{Change, Model};
 use reference::method::{Method, OnePoint};
 use scene::Scene;
 
-use super::evidence::{LEFT, SceneEvidence};
+use super::evidence::{Samples, SceneEvidence};
 use crate::steps::Evidence;
 
 /// A number counts as another one from this difference on.
@@ -31,7 +31,7 @@ const BISECTIONS: usize = 48;
 pub(super) fn of_rules(
     scene: &SceneEvidence<'_>,
     made: &[Change],
-    samples: &[&Evidence],
+    samples: &Samples<'_>,
     wanted: impl Fn(Numbered) -> bool,
 ) -> Vec<Change> {
     let inner = &scene.scene;
@@ -61,18 +61,18 @@ pub(super) fn of_rules(
 fn affine(
     with: &dyn Fn(&[f64]) -> Model,
     right: &[f64],
-    samples: &[&Evidence],
+    samples: &Samples<'_>,
     moves: bool,
 ) -> Option<Vec<f64>> {
     let residuals = |numbers: &[f64]| -> Option<Vec<f64>> {
         let model = with(numbers);
         let mut all = Vec::new();
-        for evidence in samples {
+        for evidence in samples.iter() {
             let residual = model.residual(&evidence.sample)?;
             let [x, v] = evidence.noise;
             let (values, bound) = match moves {
-                true => (residual.position, LEFT * x),
-                false => (residual.momentum, LEFT * v * residual.stiffness),
+                true => (residual.position, samples.limits.left * x),
+                false => (residual.momentum, samples.limits.left * v * residual.stiffness),
             };
             all.extend(values.into_iter().map(|value| value / bound));
         }
@@ -127,7 +127,7 @@ fn affine(
 }
 
 /// The speed at which a particle ends in every sample, and that none exceeds.
-fn limit(scene: &Scene, samples: &[&Evidence]) -> Option<f64> {
+fn limit(scene: &Scene, samples: &Samples<'_>) -> Option<f64> {
     let axes = scene.dimension.count();
     let fastest = |evidence: &&Evidence| {
         let each = scene.particles.iter().zip(evidence.sample.after.velocities.chunks(axes));
@@ -137,7 +137,9 @@ fn limit(scene: &Scene, samples: &[&Evidence]) -> Option<f64> {
     let speeds: Vec<f64> = samples.iter().map(fastest).collect();
     let most = speeds.iter().copied().fold(0.0, f64::max);
     let noise = samples.iter().map(|evidence| evidence.noise[1]).fold(0.0, f64::max);
-    let is_all = |limit: f64| speeds.iter().all(|speed| (speed - limit).abs() <= LEFT * noise);
+    let is_all = |limit: f64| {
+        speeds.iter().all(|speed| (speed - limit).abs() <= samples.limits.left * noise)
+    };
     (speeds.len() > 1 && most > 0.0 && is_all(most)).then(|| simplest(most, &is_all))
 }
 
@@ -145,7 +147,7 @@ fn limit(scene: &Scene, samples: &[&Evidence]) -> Option<f64> {
 pub(super) fn between(
     scene: &SceneEvidence<'_>,
     made: &[Change],
-    samples: &[&Evidence],
+    samples: &Samples<'_>,
 ) -> Option<Change> {
     let inner = &scene.scene;
     let name = inner.integrator.name;
@@ -157,7 +159,7 @@ pub(super) fn between(
         let model = Model::new(inner, &all);
         let of = |evidence: &&Evidence| {
             let residual = model.residual(&evidence.sample)?;
-            let bound = LEFT * evidence.noise[1] * residual.stiffness;
+            let bound = samples.limits.left * evidence.noise[1] * residual.stiffness;
             Some(residual.momentum.into_iter().map(|value| value / bound).collect::<Vec<f64>>())
         };
         samples.iter().map(of).collect::<Option<Vec<Vec<f64>>>>().map(|all| all.concat())

@@ -37,12 +37,13 @@ use crate::explanation::Explanation;
 use crate::roots::Roots;
 use crate::steps::Evidence;
 
-use evidence::SceneEvidence;
+use evidence::{Marked, SceneEvidence};
 pub use feature::{Family, Feature, Part, Symptom};
 use form::Kind;
 pub use judged::{ContextRow, Diagnosis, FirstWrong, Found, JudgedScene, Outcome, Restarts};
 use scope::Failing;
-use search::Cause;
+pub use search::Thresholds;
+use search::{Assignment, Cause};
 pub use tasks::of_passed as tasks_of_passed;
 pub use tasks::{TaskFinding, TaskVerdict};
 pub use trace::is_recorded;
@@ -244,7 +245,7 @@ impl fmt::Display for Finding {
 pub struct Progress {
     /// What is implemented.
     pub implemented: Vec<String>,
-    /// The simplest thing that is not: in words, and a scene.
+    /// The simplest required thing that is not there, or of extra credit once nothing required is wrong: in words, and a scene.
     pub next: Option<(String, String)>,
 }
 
@@ -300,8 +301,10 @@ fn simplicity(scene: &Scene) -> [usize; 5] {
 impl Findings {
     /// Looks for what is wrong in a submission, from all its scenes together. Returns the findings, and what is found in
     /// each scene.
-    pub fn of(judged: &[JudgedScene<'_>]) -> (Self, Vec<Found>) {
-        let mut scenes: Vec<SceneEvidence<'_>> = judged.par_iter().map(SceneEvidence::of).collect();
+    pub fn of(judged: &[JudgedScene<'_>], limits: &Thresholds) -> (Self, Vec<Found>) {
+        let evidence = judged.par_iter().map(|judged| SceneEvidence::of(judged, limits));
+        let evidence: Vec<SceneEvidence<'_>> = evidence.collect();
+        let mut scenes: Vec<Marked<'_>> = evidence.iter().map(Marked::new).collect();
         // A message of the compiler is in the report already.
         if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
             return (Self::default(), vec![Found::default(); judged.len()]);
@@ -309,7 +312,7 @@ impl Findings {
         let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
         let mut list = outputs(&mut scenes);
         let other_roots = other_roots(&mut scenes, &roots);
-        let causes = search::causes(&mut scenes);
+        let Assignment { mut scenes, causes } = search::causes(&scenes, limits);
         // A wrong Jacobian leads Newton's method elsewhere.
         let has_wrong_jacobian = scenes
             .iter()
@@ -330,7 +333,16 @@ impl Findings {
         let is_of_lacking = |place: Place| matches!(place, Place::FixedUnder(name) if lacking.contains(&Feature::Integrator(name)));
         for cause in causes.iter().filter(|cause| !is_of_lacking(cause.change().place)) {
             let exceptions = exceptions(cause, &scenes, &to_look_at, &shared);
-            let finding = of_cause(cause, is_lack(cause, &causes), &scenes, exceptions);
+            // The words of a change with a number, or of one that explains the fewer scenes, are said only if it is proven.
+            let is_vague =
+                cause.change().rank >= limits.far_fetched || cause.scenes.len() <= exceptions;
+            let kind = match exceptions {
+                _ if is_lack(cause, &causes) => FindingKind::NotImplemented,
+                0 => FindingKind::Cause,
+                _ if is_vague => FindingKind::Feature,
+                _ => FindingKind::Possible,
+            };
+            let finding = of_cause(cause, kind, &scenes, exceptions);
             if finding.kind != FindingKind::Feature {
                 list.push(finding);
                 continue;
@@ -403,7 +415,7 @@ fn is_lack(cause: &Cause, causes: &[Cause]) -> bool {
 /// something stands out that no right scene has, other than what the cause is about.
 fn exceptions(
     cause: &Cause,
-    scenes: &[SceneEvidence<'_>],
+    scenes: &[Marked<'_>],
     to_look_at: &[Finding],
     shared: &[Shared],
 ) -> usize {
@@ -419,23 +431,8 @@ fn exceptions(
     cause.unexplained.iter().filter(|number| !is_excused(number)).count()
 }
 
-/// The finding on a cause. It is proven if nothing speaks against it, and otherwise no more than where to look; the words
-/// of a change with a number, or of one that explains the fewer scenes, are not said then.
-fn of_cause(
-    cause: &Cause,
-    is_lack: bool,
-    scenes: &[SceneEvidence<'_>],
-    exceptions: usize,
-) -> Finding {
-    let is_sure = exceptions == 0;
-    let change = cause.change();
-    let is_vague = change.rank >= search::FAR_FETCHED || cause.scenes.len() <= exceptions;
-    let kind = match () {
-        () if is_lack => FindingKind::NotImplemented,
-        () if is_sure => FindingKind::Cause,
-        () if is_vague => FindingKind::Feature,
-        () => FindingKind::Possible,
-    };
+/// The finding on a cause, of this kind. The words of a mere feature are no change.
+fn of_cause(cause: &Cause, kind: FindingKind, scenes: &[Marked<'_>], exceptions: usize) -> Finding {
     let features: Vec<Feature> =
         cause.alternatives.iter().map(|change| change.place.into()).collect();
     let numbers = cause.scenes.iter();
@@ -460,12 +457,12 @@ fn of_cause(
     }
 }
 
-fn names<'a, 'b: 'a>(scenes: impl Iterator<Item = &'a SceneEvidence<'b>>) -> Vec<String> {
+fn names<'a, 'b: 'a>(scenes: impl Iterator<Item = &'a Marked<'b>>) -> Vec<String> {
     scenes.map(|scene| scene.judged.name.to_owned()).collect()
 }
 
 /// The faults of the output; scenes that they spoil are explained.
-fn outputs(scenes: &mut [SceneEvidence<'_>]) -> Vec<Finding> {
+fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
     let mut kinds: Vec<(Kind, Vec<usize>)> = Vec::new();
     for (number, scene) in scenes.iter_mut().enumerate() {
         let Some(kind) = scene.kind.clone().filter(|kind| kind.feature().is_some()) else {
@@ -545,10 +542,10 @@ fn settle_open(kinds: &mut Vec<(Kind, Vec<usize>)>) {
 
 /// Adds to the finding on the precision the scenes that it explains, although their numbers are off by more than one rounding:
 /// each step is right, or all numbers are in single precision.
-fn take_rounded(scenes: &mut [SceneEvidence<'_>], list: &mut [Finding]) {
+fn take_rounded(scenes: &mut [Marked<'_>], list: &mut [Finding]) {
     let is_precision = |finding: &&mut Finding| finding.features == [Feature::Precision];
     let Some(finding) = list.iter_mut().find(is_precision) else { return };
-    let is_rounded = |scene: &&mut SceneEvidence<'_>| {
+    let is_rounded = |scene: &&mut Marked<'_>| {
         let is_open = scene.kind == Some(Kind::Wrong) && !scene.explained && scene.rounding > 0.0;
         is_open && (scene.steps.wrong == 0 || scene.steps.single_precision)
     };
@@ -559,7 +556,7 @@ fn take_rounded(scenes: &mut [SceneEvidence<'_>], list: &mut [Finding]) {
 }
 
 /// The first wrong step of implicit Euler that satisfies its own equation, counted from 1.
-fn other_root(scene: &SceneEvidence<'_>) -> Option<u64> {
+fn other_root(scene: &Marked<'_>) -> Option<u64> {
     let roots = Roots::of(scene.judged.scene).filter(|_| scene.is_suspect())?;
     let first = scene.evidence.iter().find(|evidence| evidence.is_wrong())?;
     let Evidence { sample, defect, .. } = first;
@@ -569,7 +566,7 @@ fn other_root(scene: &SceneEvidence<'_>) -> Option<u64> {
     (is_solved && defect[1] > 1e-5 * size).then_some(sample.step + 1)
 }
 
-fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Option<Finding> {
+fn other_roots(scenes: &mut [Marked<'_>], roots: &[Option<u64>]) -> Option<Finding> {
     let mut found = Vec::new();
     let mut feature = None;
     for (scene, _) in scenes.iter_mut().zip(roots).filter(|(_, root)| root.is_some()) {
@@ -589,21 +586,21 @@ fn other_roots(scenes: &mut [SceneEvidence<'_>], roots: &[Option<u64>]) -> Optio
 }
 
 /// Whether a step is one step of Newton's method.
-fn is_linearized(scene: &SceneEvidence<'_>) -> bool {
+fn is_linearized(scene: &Marked<'_>) -> bool {
     let integrator = scene.judged.scene.integrator;
     integrator.convergence == Convergence::Direct && integrator.matrix == Matrix::Jacobians
 }
 
 /// The features to look at: the one whose scenes are exactly those that are wrong for no proven reason, or those that
 /// remain when every feature of a right scene is set aside.
-fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
+fn features(scenes: &[Marked<'_>], causes: &[Cause]) -> Vec<Finding> {
     // What a program does in place of a method that it lacks is no evidence of its other features.
     let is_missing = |method| {
         let of_method = |c: &Cause| Feature::from(c.change().place) == Feature::Integrator(method);
         causes.iter().any(|cause| is_lack(cause, causes) && of_method(cause))
     };
     let failing = scenes.iter().filter(|scene| is_unexplained(scene));
-    let failing: Vec<&SceneEvidence<'_>> =
+    let failing: Vec<&Marked<'_>> =
         failing.filter(|scene| !is_missing(scene.judged.scene.integrator.name)).collect();
     let lacks =
         |number: usize| causes.iter().any(|c| is_lack(c, causes) && c.scenes.contains(&number));
@@ -648,7 +645,7 @@ fn features(scenes: &[SceneEvidence<'_>], causes: &[Cause]) -> Vec<Finding> {
 
 /// Whether a scene is wrong for no known reason. One without a wrong step shows nothing, unless it is too large for its
 /// steps to be examined.
-fn is_unexplained(scene: &SceneEvidence<'_>) -> bool {
+fn is_unexplained(scene: &Marked<'_>) -> bool {
     let is_wrong =
         scene.is_suspect() || scene.kind == Some(Kind::Wrong) && !is_recorded(scene.judged.scene);
     is_wrong && !scene.explained && !scene.open
@@ -723,18 +720,16 @@ fn properties(right: &[&Scene]) -> Vec<Property> {
 
 /// What the scenes share that nothing explains and in which no feature stands out, in groups. Traces that are not finite
 /// are groups of their own.
-fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Vec<Shared> {
-    let is_named = |scene: &SceneEvidence<'_>| {
+fn common(scenes: &[Marked<'_>], found: &[Finding]) -> Vec<Shared> {
+    let is_named = |scene: &Marked<'_>| {
         found.iter().any(|f| f.scenes.iter().any(|name| name == scene.judged.name))
     };
-    let is_open = |scene: &&SceneEvidence<'_>| {
+    let is_open = |scene: &&Marked<'_>| {
         scene.kind == Some(Kind::Wrong) && !scene.explained && !scene.open && !is_named(scene)
     };
-    let is_finite =
-        |scene: &&SceneEvidence<'_>| !matches!(scene.judged.outcome, Outcome::NotFinite(_));
+    let is_finite = |scene: &&Marked<'_>| !matches!(scene.judged.outcome, Outcome::NotFinite(_));
     let (finite, other): (Vec<_>, Vec<_>) = scenes.iter().filter(is_open).partition(is_finite);
-    let is_right =
-        |scene: &&SceneEvidence<'_>| scene.passed || scene.explained && scene.is_suspect();
+    let is_right = |scene: &&Marked<'_>| scene.passed || scene.explained && scene.is_suspect();
     let right: Vec<&Scene> =
         scenes.iter().filter(is_right).map(|scene| scene.judged.scene).collect();
     let mut all = groups(other, &right, "NaN or infinite numbers in the trace; ");
@@ -743,7 +738,7 @@ fn common(scenes: &[SceneEvidence<'_>], found: &[Finding]) -> Vec<Shared> {
 }
 
 /// Wrong scenes in groups: first those that share what no right scene has, the larger ones first; then the others together.
-fn groups(mut failing: Vec<&SceneEvidence<'_>>, right: &[&Scene], what: &str) -> Vec<Shared> {
+fn groups(mut failing: Vec<&Marked<'_>>, right: &[&Scene], what: &str) -> Vec<Shared> {
     let all = properties(right);
     let mut found = Vec::new();
     while failing.len() >= FEW && found.len() < GROUPS {
@@ -766,8 +761,7 @@ fn groups(mut failing: Vec<&SceneEvidence<'_>>, right: &[&Scene], what: &str) ->
         if best.is_empty() {
             break;
         }
-        let is_in =
-            |scene: &&SceneEvidence<'_>| best.iter().all(|one| (one.holds)(scene.judged.scene));
+        let is_in = |scene: &&Marked<'_>| best.iter().all(|one| (one.holds)(scene.judged.scene));
         let (group, rest): (Vec<_>, Vec<_>) = failing.into_iter().partition(is_in);
         failing = rest;
         let holds = |scene: &&&Scene| best.iter().all(|one| (one.holds)(scene));
@@ -784,7 +778,7 @@ fn groups(mut failing: Vec<&SceneEvidence<'_>>, right: &[&Scene], what: &str) ->
 }
 
 /// What all of these scenes share, and how many right scenes share it too.
-fn rest_in_words(all: &[Property], failing: &[&SceneEvidence<'_>], right: &[&Scene]) -> String {
+fn rest_in_words(all: &[Property], failing: &[&Marked<'_>], right: &[&Scene]) -> String {
     let in_all = |one: &&Property| failing.iter().all(|scene| (one.holds)(scene.judged.scene));
     let mut shared: Vec<&Property> = all.iter().filter(in_all).collect();
     let count = |shared: &[&Property]| {
@@ -818,7 +812,7 @@ fn shared_in_words(shared: &[&Property], pass: usize) -> String {
     format!("the scenes share {list}, {rest}")
 }
 
-fn unnamed(words: String, scenes: &[&SceneEvidence<'_>]) -> Finding {
+fn unnamed(words: String, scenes: &[&Marked<'_>]) -> Finding {
     Finding {
         kind: FindingKind::Common,
         features: Vec::new(),
@@ -837,9 +831,9 @@ fn in_words(feature: Feature, circumstances: &str) -> String {
 }
 
 /// The features whose scenes are exactly those that crash, do not end, or take too much memory.
-fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
+fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
     let of = |symptom: Symptom| -> Vec<Finding> {
-        let failing: Vec<&SceneEvidence<'_>> = scenes
+        let failing: Vec<&Marked<'_>> = scenes
             .iter()
             .filter(|scene| scene.kind.as_ref().is_some_and(|kind| kind.symptom() == symptom))
             .collect();
@@ -869,13 +863,12 @@ fn ends(scenes: &[SceneEvidence<'_>]) -> Vec<Finding> {
 }
 
 /// What the program says that it lacks, one finding for each name.
-fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
-    let mut found: Vec<(Option<String>, Vec<&SceneEvidence<'_>>)> = Vec::new();
+fn refused(scenes: &[Marked<'_>], list: &mut [Finding]) -> Vec<Finding> {
+    let mut found: Vec<(Option<String>, Vec<&Marked<'_>>)> = Vec::new();
     for scene in scenes {
         let Outcome::Refused(lacks) = &scene.judged.outcome else { continue };
         // Without a name, it is that of the integrator or force whose scenes are all refused, if others are not.
-        let is_refused =
-            |other: &SceneEvidence<'_>| matches!(other.judged.outcome, Outcome::Refused(_));
+        let is_refused = |other: &Marked<'_>| matches!(other.judged.outcome, Outcome::Refused(_));
         let refuses_all = |has: &dyn Fn(&Scene) -> bool| {
             let mut its = scenes.iter().filter(|other| has(other.judged.scene));
             its.all(is_refused) && !scenes.iter().all(is_refused)
@@ -896,7 +889,7 @@ fn refused(scenes: &[SceneEvidence<'_>], list: &mut [Finding]) -> Vec<Finding> {
         }
     }
     found.sort_by_key(|(_, scenes)| scenes.iter().map(|scene| scene.simplicity()).min());
-    let finding = |(lacks, scenes): (Option<String>, Vec<&SceneEvidence<'_>>)| {
+    let finding = |(lacks, scenes): (Option<String>, Vec<&Marked<'_>>)| {
         let integrator = simulator::vocabulary();
         let feature = match &lacks {
             Some(name) => match integrator.integrator(name) {
@@ -966,7 +959,10 @@ fn progress(judged: &[JudgedScene<'_>], found: &[Found], list: &[Finding]) -> Op
             implemented.push(kind.schema.name.to_owned());
         }
     }
-    let next = lacking.iter().min_by_key(|scene| simplicity(scene.scene)).map(|scene| {
+    // Extra credit comes after all that is required.
+    let is_due = judged.iter().all(|scene| scene.is_extra || scene.outcome == Outcome::Passed);
+    let next = lacking.iter().filter(|scene| is_due || !scene.is_extra);
+    let next = next.min_by_key(|scene| simplicity(scene.scene)).map(|scene| {
         let inner = scene.scene;
         let mut titles: Vec<&str> = Vec::new();
         for element in &inner.forces {

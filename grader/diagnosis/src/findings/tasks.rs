@@ -6,7 +6,7 @@ use crate::change::Task;
 use crate::change::rounds::is_of_rounds;
 use scene::Scene;
 
-use super::evidence::SceneEvidence;
+use super::evidence::Marked;
 use super::{Feature, Finding, FindingKind, is_unexplained};
 
 /// What is known of a task.
@@ -85,7 +85,7 @@ impl fmt::Display for TaskVerdict {
 }
 
 /// The tasks, where all scenes are made by rounds; otherwise empty.
-pub(super) fn of(scenes: &[SceneEvidence<'_>], list: &[Finding]) -> Vec<TaskFinding> {
+pub(super) fn of(scenes: &[Marked<'_>], list: &[Finding]) -> Vec<TaskFinding> {
     let of_scenes = scenes.iter().map(|scene| Judged {
         scene: scene.judged.scene,
         is_right: scene.passed || scene.explained && scene.is_suspect(),

@@ -1,6 +1,7 @@
 //! `grade selftest`: tests the grader with planted mistakes and correct variants.
 
 use clap::{Args, ValueEnum};
+use diagnosis::findings::Thresholds;
 use selftest::report::drawn as report;
 use selftest::{SelfTest, drawn, in_process, programs};
 
@@ -47,6 +48,10 @@ pub(crate) struct SelfTestArgs {
     #[arg(long, requires = "drawn")]
     details: bool,
 
+    /// Grade them again with each number of the search for causes moved, and print what that changes
+    #[arg(long, requires = "drawn", conflicts_with = "details")]
+    moved: bool,
+
     #[command(flatten)]
     run: RunArgs,
 
@@ -72,7 +77,13 @@ impl SelfTestArgs {
         in_process::known(&mut suite);
         if let Some(count) = self.drawn {
             let plan = drawn::Plan { first: self.first, count, seed: self.seed };
-            let results = drawn::run(&suite, &oracle, &rubric, plan);
+            let inputs = drawn::Inputs { suite: &suite, oracle: &oracle, rubric: &rubric };
+            if self.moved {
+                let text = report::moved(&drawn::moved(inputs, plan));
+                put(text.as_bytes(), self.report.output.as_deref())?;
+                return Ok(Exit::of(true));
+            }
+            let results = drawn::run(inputs, plan, &Thresholds::default());
             let mut text = report::table(&results);
             if self.details {
                 text += &report::details(&results);

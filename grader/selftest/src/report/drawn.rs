@@ -1,7 +1,7 @@
 //! Rates of the drawn programs, as text and as a section of `docs/selftest.md`.
 
 use crate::Rate;
-use crate::drawn::Result;
+use crate::drawn::{Moved, Result};
 
 /// A rate with its name and its target; a target of 0 is none.
 pub struct DrawnRate {
@@ -91,6 +91,26 @@ pub fn table(results: &[Result]) -> String {
             "| {name} | {} of {} | {share:.1} % | {target} | {met} |\n",
             rate.right, rate.all
         );
+    }
+    text
+}
+
+/// What moving each number of the search does, as a Markdown table: programs with a false statement, and shares of the
+/// planted mistakes that are named and proven, as counts; the first row is the search as it is.
+pub fn moved(all: &[Moved]) -> String {
+    let mut text = "| number | value | false | named | proven | time |\n| --- | ---: | ---: | ---: | ---: | ---: |\n".to_owned();
+    let is_true = |flags: &[bool]| flags.iter().filter(|flag| **flag).count();
+    let base = all.first().map_or(1.0, |first| first.seconds);
+    for one in all {
+        let count = |of: &dyn Fn(&Result) -> usize| one.results.iter().map(of).sum::<usize>();
+        let wrong = count(&|result| usize::from(!result.false_findings.is_empty()));
+        let [named, proven] = [count(&|r| is_true(&r.named)), count(&|r| is_true(&r.proven))];
+        let (name, value) = match one.number {
+            Some(name) => (format!("`{name}`"), one.value.to_string()),
+            None => ("as it is".to_owned(), String::new()),
+        };
+        let time = one.seconds / base;
+        text += &format!("| {name} | {value} | {wrong} | {named} | {proven} | {time:.2} |\n");
     }
     text
 }

@@ -2,6 +2,7 @@
 
 use test_support::{root, sample, seed, suite};
 
+use diagnosis::findings::Thresholds;
 use grader::boundary::seal::Secret;
 use grader::grading::altered;
 use grader::oracle::Oracle;
@@ -9,7 +10,7 @@ use grader::rubric::Rubric;
 use grader::submission::StateSource;
 use grader::suite::{Case, Suite};
 use grader::verdict::Verdict;
-use selftest::drawn::{self, Plan};
+use selftest::drawn::{self, Inputs, Plan};
 use selftest::report;
 use selftest::{in_process, mistake};
 
@@ -27,7 +28,9 @@ fn inputs() -> (Suite, Oracle, Rubric) {
 #[test]
 fn drawn_programs_are_judged_correctly() {
     let (suite, oracle, rubric) = inputs();
-    let results = drawn::run(&suite, &oracle, &rubric, Plan { first: 0, count: 20, seed: seed() });
+    let inputs = Inputs { suite: &suite, oracle: &oracle, rubric: &rubric };
+    let plan = Plan { first: 0, count: 20, seed: seed() };
+    let results = drawn::run(inputs, plan, &Thresholds::default());
     let rates = report::drawn::rates(&results);
     let of = |name: &str| rates.iter().find(|rate| rate.name.starts_with(name)).expect("a rate");
     let details = report::drawn::details(&results);

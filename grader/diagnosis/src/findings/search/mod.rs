@@ -1,0 +1,551 @@
+//! Search for the changes of a right simulator that make a submission's steps.
+//!
+//! ```text
+//! simplest failing scene ── every change of its terms, integrator, … ── those that make its sampled steps   residuals.rs
+//!                        ── do they make those of other scenes, and leave alone the scenes that passed?     weigh.rs
+//!                        ── the one that explains most; whole scenes replayed ── made; then the scenes that are left
+//! ```
+//!
+//! A function of the scenes, of what is known of them already, and of the [`Thresholds`]: the same input has the same causes
+//! on every machine. A choice between changes that explain the same is made again once another cause is known.
+
+mod residuals;
+mod thresholds;
+mod weigh;
+
+use std::collections::{BTreeSet, HashMap};
+
+use crate::change::candidates;
+use crate::change::{Change, Effect, Model, Place, Quantity, Rule};
+use rayon::prelude::*;
+use scene::Scene;
+use scene::schema::{Convergence, IntegratorSchema, Matrix};
+
+use super::evidence::{Agreement, Marked};
+use super::form::Kind;
+use super::judged::Outcome;
+use residuals::{pairs_of, survivors, with_rules};
+pub use thresholds::Thresholds;
+use weigh::Weighed;
+
+/// Changes that are proven together.
+#[derive(Debug, Clone)]
+pub(super) struct Cause {
+    /// Equally good descriptions, the simplest first.
+    pub(super) alternatives: Vec<Change>,
+    /// Changes that explain some of its scenes, and possibly more once other causes are known.
+    rivals: Vec<Change>,
+    /// Scenes that it explains, with the causes found before it: by number.
+    pub(super) scenes: Vec<usize>,
+    /// Scenes where Newton's method converges slowly or not at all with it: no statement.
+    pub(super) open: usize,
+    /// Wrong scenes in which it acts, and that nothing explains: by number.
+    pub(super) unexplained: Vec<usize>,
+    /// Causes of one number were found together, and stand only beside each other.
+    group: usize,
+}
+
+impl Cause {
+    pub(super) fn change(&self) -> &Change {
+        &self.alternatives[0]
+    }
+
+    /// Whether it is a feature that the program lacks: no mistake in rounds makes the same traces.
+    pub(super) fn is_lack(&self) -> bool {
+        is_lack(self.change()) && !self.alternatives.iter().any(is_of_rounds)
+    }
+}
+
+/// Whether a change is what a program does that lacks a feature.
+fn is_lack(change: &Change) -> bool {
+    match &change.effect {
+        Effect::Factor(_, quantities, factor) => {
+            quantities.len() == Quantity::ALL.len() && factor.number == 0.0
+        }
+        Effect::Method(_, rule) => match rule {
+            Rule::Idle => true,
+            Rule::Replaced(method) => {
+                use reference::method::OnePoint::{Explicit, Symplectic};
+                matches!(method, Explicit | Symplectic)
+            }
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
+/// What a search ends with.
+pub(super) struct Assignment<'a> {
+    /// The scenes, with what is known of them.
+    pub(super) scenes: Vec<Marked<'a>>,
+    /// The causes of their wrong steps, in the order in which they were found.
+    pub(super) causes: Vec<Cause>,
+}
+
+/// Finds the causes of the wrong steps of these scenes.
+///
+/// Where mistakes explain fewer scenes than they leave wrong, the search is repeated without them. The result that explains
+/// more scenes by at most as many mistakes counts.
+pub(super) fn causes<'a>(scenes: &[Marked<'a>], limits: &'a Thresholds) -> Assignment<'a> {
+    let mut best = Search::new(scenes, limits);
+    best.run();
+    for _ in 0..limits.retries {
+        let is_doubtful =
+            |cause: &&Cause| !cause.is_lack() && cause.unexplained.len() > cause.scenes.len();
+        let doubtful = best.found.iter().filter(is_doubtful);
+        let doubtful: Vec<Change> = doubtful.flat_map(|cause| cause.alternatives.clone()).collect();
+        if doubtful.is_empty() {
+            break;
+        }
+        let mut other = Search::new(scenes, limits);
+        other.excluded = [best.excluded.as_slice(), &doubtful].concat();
+        other.spent = best.spent;
+        other.run();
+        if other.n_explained() <= best.n_explained() || other.n_mistakes() > best.n_mistakes() {
+            break;
+        }
+        best = other;
+    }
+    best.drop_all(Search::is_unlikely);
+    let Search { scenes, found: mut causes, .. } = best;
+    for cause in &mut causes {
+        // Only a matrix of Jacobians shows them.
+        if !cause.scenes.iter().any(|&number| super::is_linearized(&scenes[number])) {
+            cause.alternatives.iter_mut().for_each(candidates::say_force_alone);
+        }
+    }
+    Assignment { scenes, causes }
+}
+
+/// A search: what is known of each scene, and the causes found so far.
+struct Search<'a> {
+    limits: &'a Thresholds,
+    scenes: Vec<Marked<'a>>,
+    found: Vec<Cause>,
+    /// Changes that are not looked for.
+    excluded: Vec<Change>,
+    /// Scenes that no change explained, or no pair, with the number of changes that acted in them then.
+    tried: HashMap<(usize, bool), usize>,
+    /// Time of the search in estimated milliseconds.
+    spent: u64,
+    /// Time steps that a program may have in place of a scene's.
+    time_steps: Vec<f64>,
+}
+
+impl<'a> Search<'a> {
+    fn new(scenes: &[Marked<'a>], limits: &'a Thresholds) -> Self {
+        let mut time_steps =
+            vec![0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 1.0 / 60.0, 1.0 / 30.0, 1.0];
+        time_steps.extend(scenes.iter().map(|scene| scene.scene.time_step));
+        time_steps.sort_by(f64::total_cmp);
+        time_steps.dedup();
+        Self {
+            limits,
+            scenes: scenes.to_vec(),
+            found: Vec::new(),
+            excluded: Vec::new(),
+            tried: HashMap::new(),
+            spent: 0,
+            time_steps,
+        }
+    }
+
+    fn n_mistakes(&self) -> usize {
+        self.found.iter().filter(|cause| !cause.is_lack()).count()
+    }
+
+    fn n_explained(&self) -> usize {
+        self.scenes.iter().filter(|scene| scene.explained).count()
+    }
+
+    fn made(&self) -> Vec<Change> {
+        self.found.iter().map(|cause| cause.change().clone()).collect()
+    }
+
+    /// Adds causes until nothing more is proven. Each explains a scene that none before it does.
+    fn run(&mut self) {
+        let mut n_groups = 0;
+        for _ in 0..self.scenes.len() {
+            let made = self.made();
+            let full = self.n_mistakes() >= self.limits.mistakes;
+            let mut next = self.lacks(&made);
+            if next.is_empty() {
+                next = self.round(&made);
+            }
+            next.retain(|cause| !full || cause.is_lack());
+            if next.is_empty() {
+                break;
+            }
+            let is_joint = next.iter().all(|cause| cause.scenes == next[0].scenes);
+            n_groups += 1;
+            for cause in next {
+                for &number in &cause.scenes {
+                    self.scenes[number].explained = true;
+                }
+                n_groups += usize::from(!is_joint);
+                self.found.push(Cause { group: n_groups, ..cause });
+            }
+            self.explain_more();
+            if self.prefer_rivals() {
+                self.found.retain(|cause| !cause.scenes.is_empty());
+                self.explain_more();
+            }
+        }
+        self.mark_open();
+        self.drop_all(Self::is_refuted);
+    }
+
+    /// The best change, or pair of changes, beside those made; none if nothing is proven.
+    fn round(&mut self, made: &[Change]) -> Vec<Cause> {
+        let mut left: Vec<usize> = (0..self.scenes.len())
+            .filter(|&number| self.scenes[number].is_suspect() && !self.scenes[number].explained)
+            .collect();
+        left.sort_by_key(|&number| self.scenes[number].simplicity());
+        // Scenes of different kinds: two for each set of forces and integrator.
+        let mut kinds: Vec<(Vec<&str>, &str)> = Vec::new();
+        left.retain(|&number| {
+            let scene = &self.scenes[number].scene;
+            let mut tags: Vec<&str> = scene.forces.iter().map(|e| e.schema.tag).collect();
+            tags.sort_unstable();
+            tags.dedup();
+            let kind = (tags, scene.integrator.name);
+            let is_new = kinds.iter().filter(|known| **known == kind).count() < 2;
+            kinds.push(kind);
+            is_new
+        });
+        for pairs in [false, true] {
+            let mut weighed: Vec<Weighed> = Vec::new();
+            let mut most = if pairs { self.limits.tried / 2 } else { self.limits.tried };
+            for &number in &left {
+                // What explains an earlier scene need not be found again.
+                if weighed.iter().any(|known| known.explained.contains(&number)) {
+                    continue;
+                }
+                let scene = self.scenes[number];
+                let acting = made.iter().filter(|change| change.acts_in(&scene.scene)).count();
+                let size = scene.scene.particles.len() * scene.scene.dimension.count();
+                let cost = cost(scene.scene.integrator, size, pairs);
+                let is_over = self.spent + cost > self.limits.ceiling;
+                if most == 0 || is_over || self.tried.get(&(number, pairs)) == Some(&acting) {
+                    continue;
+                }
+                most -= 1;
+                self.spent += cost;
+                let mut survivors: Vec<Vec<Change>> = match pairs {
+                    false => {
+                        let found = survivors(&scene, made, &self.time_steps);
+                        found.into_iter().map(|change| vec![change]).collect()
+                    }
+                    true => {
+                        let mut found = with_rules(&scene, made);
+                        found.extend(pairs_of(&scene, made));
+                        found
+                    }
+                };
+                let is_excluded = |change: &Change| self.excluded.contains(change);
+                survivors.retain(|changes| !changes.iter().any(is_excluded));
+                let found = self.weigh_all(made, survivors);
+                if found.is_empty() {
+                    self.tried.insert((number, pairs), acting);
+                }
+                weighed.extend(found);
+            }
+            let chosen = self.choose(made, weighed);
+            if !chosen.is_empty() {
+                return chosen;
+            }
+        }
+        Vec::new()
+    }
+
+    /// Gives each wrong scene that all causes together make to those that act in it, and to no other: what was proven beside
+    /// a cause that is gone is proven again. A cause without a scene goes, and with it those that stand only beside it.
+    fn settle(&mut self) {
+        loop {
+            for cause in &mut self.found {
+                for number in cause.scenes.drain(..) {
+                    self.scenes[number].explained = false;
+                }
+            }
+            self.explain_more();
+            self.attribute();
+            let gone = self.found.iter().filter(|cause| cause.scenes.is_empty());
+            let gone: BTreeSet<usize> = gone.map(|cause| cause.group).collect();
+            if gone.is_empty() {
+                break;
+            }
+            self.found.retain(|cause| !gone.contains(&cause.group));
+        }
+        self.mark_open();
+        let made = self.made();
+        let scenes = &self.scenes;
+        let is_slow = |number: &usize| {
+            let scene = &scenes[*number];
+            let is_wrong = scene.is_newton() && scene.is_suspect() && !scene.explained;
+            let model = || Model::new(&scene.scene, &made);
+            is_wrong && scene.agrees_with(&model(), usize::MAX) == Agreement::Open
+        };
+        let slow: Vec<usize> = (0..scenes.len()).into_par_iter().filter(is_slow).collect();
+        for cause in &mut self.found {
+            let change = cause.change().clone();
+            let acts = |number: &usize| change.must_act_in(&scenes[*number].scene);
+            let left = (0..scenes.len()).filter(|&number| scenes[number].is_left());
+            cause.unexplained = left.filter(acts).collect();
+            cause.open = slow.iter().filter(|number| acts(number)).count();
+        }
+    }
+
+    /// Gives each explained scene to the causes without which its steps are not made: several, where they act together.
+    fn attribute(&mut self) {
+        let made = self.made();
+        let scenes = &self.scenes;
+        let explained: BTreeSet<usize> =
+            self.found.iter().flat_map(|cause| cause.scenes.iter().copied()).collect();
+        let needed = |number: usize| -> Vec<usize> {
+            let scene = &scenes[number];
+            let model = Model::new(&scene.scene, &made);
+            let acting: Vec<usize> = (0..made.len())
+                .filter(|&one| made[one].acts_in(&scene.scene) && model.is_changed_by(&made[one]))
+                .collect();
+            let is_needed = |one: &usize| {
+                let others = acting.iter().filter(|other| *other != one);
+                let others: Vec<Change> = others.map(|&other| made[other].clone()).collect();
+                let model = Model::new(&scene.scene, &others);
+                !model.can_step() || scene.agrees_with(&model, usize::MAX) != Agreement::Agrees
+            };
+            match acting.as_slice() {
+                [_] => acting,
+                _ => acting.iter().copied().filter(is_needed).collect(),
+            }
+        };
+        let of_scenes: Vec<(usize, Vec<usize>)> =
+            explained.into_par_iter().map(|number| (number, needed(number))).collect();
+        for (one, cause) in self.found.iter_mut().enumerate() {
+            let is_its = |(number, causes): &&(usize, Vec<usize>)| match causes.is_empty() {
+                true => cause.scenes.contains(number),
+                false => causes.contains(&one),
+            };
+            let of_it: Vec<usize> =
+                of_scenes.iter().filter(is_its).map(|(number, _)| *number).collect();
+            // A cause that no scene needs beside the others keeps those by which it was found.
+            if !of_it.is_empty() {
+                cause.scenes = of_it;
+            }
+        }
+    }
+
+    /// Replaces causes by their rivals, where these explain more scenes beside the other causes. Returns whether it did.
+    fn prefer_rivals(&mut self) -> bool {
+        let mut is_changed = false;
+        for number in 0..self.found.len() {
+            let others = self.found.iter().enumerate().filter(|(other, _)| *other != number);
+            let made: Vec<Change> = others.map(|(_, cause)| cause.change().clone()).collect();
+            let cause = &self.found[number];
+            let better = |rival: &Change| {
+                let all = [made.as_slice(), std::slice::from_ref(rival)].concat();
+                let explains = |scene: &Marked<'_>| {
+                    let model = Model::new(&scene.scene, &all);
+                    model.can_step() && scene.agrees_with(&model, usize::MAX) == Agreement::Agrees
+                };
+                let mut left = self.scenes.iter().filter(|scene| scene.is_left());
+                if !left.any(|scene| rival.acts_in(&scene.scene) && explains(scene)) {
+                    return None;
+                }
+                let weighed = self.weigh(&made, vec![rival.clone()], false)?;
+                let Weighed { changes, explained, .. } = self.prove(&made, weighed)?;
+                let is_still =
+                    |scene: &&usize| self.scenes[**scene].replay(&all) == Agreement::Agrees;
+                let mut still: BTreeSet<usize> =
+                    cause.scenes.par_iter().filter(is_still).copied().collect();
+                still.extend(explained);
+                (still.len() > cause.scenes.len()).then_some((changes, still))
+            };
+            let Some((changes, explained)) = cause.rivals.iter().find_map(better) else { continue };
+            let before = std::mem::take(&mut self.found[number].scenes);
+            for scene in before.into_iter().chain(explained.iter().copied()) {
+                self.scenes[scene].explained = explained.contains(&scene);
+            }
+            for cause in &mut self.found {
+                cause.scenes.retain(|&scene| self.scenes[scene].explained);
+            }
+            let cause = &mut self.found[number];
+            cause.rivals.retain(|rival| !changes.contains(rival));
+            cause.alternatives = changes;
+            cause.scenes = explained.into_iter().collect();
+            is_changed = true;
+        }
+        is_changed
+    }
+
+    /// Marks the scenes that show nothing more with the changes found.
+    fn mark_open(&mut self) {
+        let made = self.made();
+        self.scenes
+            .par_iter_mut()
+            .filter(|scene| scene.kind == Some(Kind::Wrong) && !scene.explained)
+            .for_each(|scene| {
+                let acts = |change: &&Change| change.acts_in(&scene.scene);
+                let acting: Vec<&Change> = made.iter().filter(acts).collect();
+                // With a wrong Jacobian, Newton's method ends where it may.
+                let is_jacobian = |change: &&Change| matches!(change.place, Place::Jacobian(_));
+                let is_astray = scene.is_newton() && acting.iter().any(is_jacobian);
+                let model = Model::new(&scene.scene, &made);
+                let agrees = || scene.agrees_with(&model, usize::MAX) != Agreement::Differs;
+                scene.open = is_astray
+                    || !acting.is_empty() && model.can_step() && agrees()
+                    || steps_otherwise(scene, &made);
+            });
+    }
+
+    /// Drops such mistakes. What a dropped mistake explained, alone or with others, is unexplained again.
+    fn drop_all(&mut self, is_dropped: fn(&Self, &Cause) -> bool) {
+        let gone = self.found.iter().filter(|cause| is_dropped(self, cause));
+        let gone: BTreeSet<usize> = gone.map(|cause| cause.group).collect();
+        let is_gone = |cause: &Cause| gone.contains(&cause.group);
+        for cause in self.found.iter().filter(|cause| is_gone(cause)) {
+            for &number in &cause.scenes {
+                self.scenes[number].explained = false;
+            }
+        }
+        self.found.retain(|cause| !is_gone(cause));
+        self.settle();
+    }
+
+    /// Marks the scenes that the changes made so far explain together.
+    fn explain_more(&mut self) {
+        let made = self.made();
+        let first = self.limits.first;
+        let agrees = |scene: &Marked<'_>| {
+            let model = Model::new(&scene.scene, &made);
+            let is_changed = made
+                .iter()
+                .any(|change| change.acts_in(&scene.scene) && model.is_changed_by(change));
+            // The last steps before a number overflows show nothing.
+            let explodes = matches!(scene.judged.outcome, Outcome::NotFinite(_));
+            let most = if explodes { first } else { usize::MAX };
+            is_changed
+                && model.can_step()
+                && scene.agrees_with(&model, most) == Agreement::Agrees
+                && (explodes || scene.replay(&made) == Agreement::Agrees)
+        };
+        let more: Vec<usize> = (0..self.scenes.len())
+            .into_par_iter()
+            .filter(|&number| {
+                let scene = &self.scenes[number];
+                scene.is_suspect() && !scene.explained && agrees(scene)
+            })
+            .collect();
+        for number in more {
+            self.scenes[number].explained = true;
+            let scene = &self.scenes[number].scene;
+            let acting = self.found.iter_mut().filter(|cause| cause.change().acts_in(scene));
+            acting.for_each(|cause| cause.scenes.push(number));
+        }
+    }
+
+    /// Whether more scenes refute a mistake than it explains. A scene refutes one if nothing explains it, and all its terms and
+    /// rules are in a scene that the mistake explains: nothing else can be wrong there.
+    fn is_refuted(&self, cause: &Cause) -> bool {
+        let is_within = |inner: &Scene, outer: &Scene| {
+            let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
+            inner.integrator.name == outer.integrator.name
+                && super::terms(inner).is_subset(&super::terms(outer))
+                && (has_fixed(outer) || !has_fixed(inner))
+        };
+        let acts = |scene: &&Marked<'_>| cause.change().must_act_in(&scene.scene);
+        let refuting =
+            self.scenes.iter().filter(|scene| scene.is_left()).filter(acts).filter(|left| {
+                let mut explained = cause.scenes.iter().map(|&number| &self.scenes[number].scene);
+                explained.any(|explained| is_within(&left.scene, explained))
+            });
+        // The equation of rounds is known in full: one such scene says that something else is wrong.
+        let enough = if is_of_rounds(cause.change()) { 1 } else { cause.scenes.len() + 1 };
+        !cause.is_lack() && refuting.count() >= enough
+    }
+
+    /// Whether a mistake leaves too many scenes wrong in which it acts. A far-fetched one, such as a number that the steps
+    /// determine, may be another formula that has this value in a few scenes; a method that steps as another one does so in all
+    /// scenes. Both must explain most. Others must explain a third, as other mistakes may be in the same scenes.
+    fn is_unlikely(&self, cause: &Cause) -> bool {
+        let change = cause.change();
+        let acts = |scene: &&Marked<'_>| change.must_act_in(&scene.scene) && scene.is_suspect();
+        let unsettled = self.scenes.iter().filter(acts).filter(|scene| !scene.explained).count();
+        let explained = cause.scenes.len();
+        let is_replaced = matches!(change.effect, Effect::Method(_, Rule::Replaced(_)));
+        let is_in_method = !cause.unexplained.is_empty() && self.is_all_of_a_method(cause);
+        let is_far_fetched = !cause.is_lack() && change.rank >= self.limits.far_fetched;
+        match is_replaced || is_far_fetched {
+            true => explained <= unsettled,
+            false => !cause.is_lack() && (2 * explained < cause.unexplained.len() || is_in_method),
+        }
+    }
+
+    /// Whether a mistake of a force explains scenes of one method alone, whose other scenes are wrong as well, more of them, and
+    /// without that force: something of the method is wrong, and this is a part of what it does.
+    fn is_all_of_a_method(&self, cause: &Cause) -> bool {
+        let methods: BTreeSet<&str> =
+            cause.scenes.iter().map(|&number| self.scenes[number].scene.integrator.name).collect();
+        let Some(name) = methods.first().filter(|_| methods.len() == 1) else { return false };
+        let is_of_method =
+            matches!(cause.change().place, Place::Integrator(_) | Place::FixedUnder(_));
+        let of_method = |scene: &&Marked<'_>| {
+            scene.scene.integrator.name == *name && !scene.scene.forces.is_empty()
+        };
+        let others = self
+            .scenes
+            .iter()
+            .filter(of_method)
+            .filter(|scene| !cause.change().acts_in(&scene.scene));
+        let (wrong, right): (Vec<&Marked<'_>>, Vec<&Marked<'_>>) =
+            others.partition(|scene| scene.is_left());
+        !is_of_method && right.is_empty() && wrong.len() > cause.scenes.len()
+    }
+}
+
+/// Whether another method's steps are those of the scene: it is evidence of nothing else, though too little to say that the
+/// scene's own method is not there.
+fn steps_otherwise(scene: &Marked<'_>, made: &[Change]) -> bool {
+    let mut lacks = candidates::replacements(&scene.scene).into_iter().filter(is_lack);
+    lacks.any(|change| {
+        let all = [made, &[change]].concat();
+        let model = Model::new(&scene.scene, &all);
+        scene.agrees_with(&model, usize::MAX) == Agreement::Agrees
+            && scene.replay(&all) == Agreement::Agrees
+    })
+}
+
+/// Whether a change is one of a task, or of a force beside rounds.
+fn is_of_rounds(change: &Change) -> bool {
+    matches!(change.place, Place::Task(_) | Place::ForceUnder(..))
+}
+
+/// Estimated milliseconds in which the changes of a scene, or their pairs, are enumerated. Measured on scenes of 6 to 50
+/// coordinates: a pair of rules and terms solves a dense system each.
+fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
+    let size = size as u64;
+    let is_implicit = integrator.matrix == Matrix::Jacobians;
+    let is_newton = matches!(integrator.convergence, Convergence::Update(_));
+    match (pairs, is_implicit) {
+        (true, true) => 40 * size + size.pow(3) / 10,
+        (true, false) => 10 * size,
+        (false, _) if is_newton => 30 * size,
+        (false, _) => 6 * size,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_of_changes_in_a_large_net_do_not_fit_into_a_search() {
+        let linearized = simulator::vocabulary().integrator("linearized-implicit-euler");
+        let linearized = linearized.expect("an integrator of the registry");
+        let limits = Thresholds::default();
+        let all = |size: usize, pairs: bool, count: u64| count * cost(linearized, size, pairs);
+        assert!(all(50, true, 1) > limits.ceiling);
+        // The largest net alone, and pairs in the scenes of few particles that most mistakes show in.
+        assert!(all(50, false, limits.tried as u64) < limits.ceiling);
+        assert!(all(8, true, limits.tried as u64) < limits.ceiling);
+    }
+}

@@ -1,0 +1,339 @@
+//! Changes that make the sampled steps of one scene: most are found in the residual of a step.
+//!
+//! The residual is a sum over terms, so the effect of a changed term is computed once; numbers in changes are fitted, and
+//! pairs of changes are found by sorting.
+
+use crate::change::candidates::{self, Numbered, NumberedForce};
+use crate::change::round_changes;
+use crate::change::{Change, Effect, Factor, Model, Place, Quantity, Term};
+use rayon::prelude::*;
+
+use super::Thresholds;
+use crate::findings::evidence::{Agreement, Samples, SceneEvidence};
+use crate::findings::fit::{self, simplest};
+use crate::steps::Evidence;
+
+/// The single changes that make the sampled steps of a scene, the most usual first.
+pub(super) fn survivors(
+    scene: &SceneEvidence<'_>,
+    made: &[Change],
+    time_steps: &[f64],
+) -> Vec<Change> {
+    let inner = &scene.scene;
+    let model = Model::new(inner, made);
+    let samples = scene.clear_samples();
+    if samples.is_empty() {
+        return Vec::new();
+    }
+    let name = inner.integrator.name;
+    let mut found = in_terms(&model, name, &samples);
+    let mut whole: Vec<Change> = candidates::replacements(inner);
+    whole.extend(candidates::of_integrator(inner));
+    whole.extend(candidates::of_fixed(inner));
+    whole.extend(candidates::of_reading(inner, time_steps));
+    whole.extend(candidates::of_process(inner));
+    whole.extend(round_changes::of_rounds(inner));
+    whole.extend(fit::of_rules(scene, made, &samples, |_| true));
+    let by_steps = whole.par_iter().filter(|change| {
+        let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();
+        let model = Model::new(inner, &all);
+        scene.agrees_with(&model, usize::MAX) == Agreement::Agrees
+    });
+    let by_steps: Vec<Change> = by_steps.cloned().collect();
+    found.extend(by_steps);
+    if found.is_empty() {
+        found.extend(fit::between(scene, made, &samples));
+        found.extend(numbered_in_terms(&model, &samples));
+    }
+    if found.is_empty() {
+        found = in_jacobians_of_newton(scene, made);
+    }
+    found.retain(|change| !is_accidental(change, inner.time_step, scene.limits));
+    found.sort_by_key(|change| change.rank);
+    found
+}
+
+/// Whether the number of a change is that of one scene, a power of its time step, or next to nothing: a change without a
+/// number says the same of all scenes, if that is the mistake.
+fn is_accidental(change: &Change, time_step: f64, limits: &Thresholds) -> bool {
+    let Some(number) = change.effect.number() else { return false };
+    let is_near = |power: i32| {
+        let known = time_step.powi(power);
+        (number.abs() - known).abs() <= limits.accidental * known
+    };
+    number != 0.0 && number.abs() < limits.tiny || [-2, -1, 1, 2].into_iter().any(is_near)
+}
+
+/// A change of the integrator's rules, or of fixed particles, with one of a term.
+pub(super) fn with_rules(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+    let inner = &scene.scene;
+    let samples = scene.clear_samples();
+    let mut rules = candidates::of_integrator(inner);
+    rules.extend(candidates::of_fixed(inner));
+    rules.extend(fit::of_rules(scene, made, &samples, Numbered::moves));
+    let of = |rule: &Change| -> Vec<Vec<Change>> {
+        let with: Vec<Change> = made.iter().chain([rule]).cloned().collect();
+        let model = Model::new(inner, &with);
+        let found = in_terms(&model, inner.integrator.name, &samples).into_iter();
+        found.map(|change| vec![rule.clone(), change]).collect()
+    };
+    let mut all: Vec<Vec<Change>> = rules.par_iter().flat_map_iter(of).collect();
+    all.sort_by_key(|changes| changes.iter().map(|change| u32::from(change.rank)).sum::<u32>());
+    all
+}
+
+/// Changes of one term's value, or of the sum of all terms, that cancel the residual.
+fn in_terms(model: &Model, integrator: &'static str, samples: &Samples<'_>) -> Vec<Change> {
+    let Some(base) = Base::of(model, samples) else { return Vec::new() };
+    let mut found = Vec::new();
+    for number in 0..model.n_terms() {
+        let term = model.term(number);
+        let fits = candidates::of_term(term).par_iter().filter(|change| base.is_cancelled(change));
+        found.extend(fits.cloned().collect::<Vec<Change>>());
+        for quantities in candidates::groups(term) {
+            let make = |factor: f64| candidates::factor(term, quantities, factor);
+            found.extend(base.factor(&[number], quantities, &make));
+        }
+    }
+    let all: Vec<usize> = (0..model.n_terms()).collect();
+    for quantity in [&[Quantity::Force], &[Quantity::ByPosition], &[Quantity::ByVelocity]] {
+        let make = |factor: f64| candidates::integrator_factor(integrator, quantity[0], factor);
+        found.extend(base.factor(&all, quantity, &make));
+    }
+    found
+}
+
+/// Changes of one term with a number in them that cancels the residual.
+fn numbered_in_terms(model: &Model, samples: &Samples<'_>) -> Vec<Change> {
+    let is_large =
+        |evidence: &&Evidence| evidence.sample.before.positions.len() > samples.limits.numbered;
+    if samples.iter().any(is_large) {
+        return Vec::new();
+    }
+    let Some(base) = Base::of(model, samples) else { return Vec::new() };
+    let terms = || (0..model.n_terms()).map(|number| model.term(number));
+    let forces: Vec<NumberedForce> = terms().flat_map(candidates::numbered_forces).collect();
+    let mut found: Vec<Change> =
+        forces.par_iter().filter_map(|force| base.numbered(force)).collect();
+    let jacobians = [Quantity::ByPosition, Quantity::ByVelocity];
+    for (term, quantity) in terms().flat_map(|term| jacobians.map(|quantity| (term, quantity))) {
+        let stencil = term.schema().stencil;
+        let size = if stencil.is_field() { 0 } else { stencil.size() };
+        let blocks = (0..size).flat_map(|row| (0..size).map(move |column| [row, column]));
+        let make =
+            |place: [usize; 2]| move |by: f64| candidates::scaled_block(term, quantity, place, by);
+        found.extend(blocks.filter_map(|place| base.scaled(&make(place))));
+    }
+    found
+}
+
+/// The residuals of sampled steps.
+struct Base<'a> {
+    model: &'a Model,
+    samples: &'a Samples<'a>,
+    /// For each sample, the residual and its bound.
+    residuals: Vec<(Vec<f64>, f64)>,
+}
+
+impl<'a> Base<'a> {
+    /// `None` where positions or fixed particles are wrong: no term is to blame then.
+    fn of(model: &'a Model, samples: &'a Samples<'a>) -> Option<Self> {
+        let mut residuals = Vec::new();
+        for evidence in samples.iter() {
+            let residual = model.residual(&evidence.sample)?;
+            let [x, v] = evidence.noise;
+            let is_on_rule =
+                residual.position.iter().all(|left| left.abs() <= samples.limits.left * x);
+            if !is_on_rule || model.moves_fixed(&evidence.sample, samples.limits.left * v) {
+                return None;
+            }
+            residuals.push((residual.momentum, samples.limits.left * v * residual.stiffness));
+        }
+        Some(Self { model, samples, residuals })
+    }
+
+    fn is_cancelled(&self, change: &Change) -> bool {
+        self.samples.iter().zip(&self.residuals).all(|(evidence, (residual, bound))| {
+            let Some((_, effect)) = self.model.effect(change, &evidence.sample) else {
+                return false;
+            };
+            effect
+                .iter()
+                .zip(residual)
+                .all(|(effect, residual)| (residual + effect).abs() <= *bound)
+        })
+    }
+
+    /// The number with which a changed force cancels the residual, if there is one.
+    fn numbered(&self, force: &NumberedForce) -> Option<Change> {
+        let (evidence, (residual, _)) = self.samples.iter().zip(&self.residuals).next()?;
+        let along = |number: f64| -> Option<f64> {
+            let (_, effect) = self.model.effect(&force.with(number), &evidence.sample)?;
+            let sum: f64 = effect.iter().zip(residual).map(|(a, b)| (a + b) * b).sum();
+            sum.is_finite().then_some(sum)
+        };
+        let arguments = if force.is_angle() { fit::angles() } else { fit::sizes() };
+        let fits = |number: f64| self.is_cancelled(&force.with(number));
+        let number = fit::roots(&along, &arguments).into_iter().find(|number| fits(*number))?;
+        Some(force.with(simplest(number, &fits)))
+    }
+
+    /// The factor with which a part cancels the residual: the effect is affine in it, and vanishes at 1.
+    fn scaled(&self, make: &dyn Fn(f64) -> Change) -> Option<Change> {
+        let left_out = make(0.0);
+        let value = |evidence: &&Evidence| -> Option<Vec<f64>> {
+            let (_, effect) = self.model.effect(&left_out, &evidence.sample)?;
+            Some(effect.into_iter().map(|effect| -effect).collect())
+        };
+        let values = self.samples.iter().map(value).collect::<Option<Vec<_>>>()?;
+        self.fitted(&values).map(make)
+    }
+
+    /// The factor of some quantities of some terms that cancels the residual, if there is one.
+    fn factor(
+        &self,
+        terms: &[usize],
+        quantities: &[Quantity],
+        make: &dyn Fn(f64) -> Change,
+    ) -> Option<Change> {
+        let value = |evidence: &Evidence| {
+            let mut sum = vec![0.0; self.residuals[0].0.len()];
+            for (term, quantity) in
+                terms.iter().flat_map(|term| quantities.iter().map(move |q| (*term, *q)))
+            {
+                let value = self.model.contribution(term, quantity, &evidence.sample);
+                sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+            }
+            sum
+        };
+        let values: Vec<Vec<f64>> = self.samples.iter().map(|evidence| value(evidence)).collect();
+        let number = self.fitted(&values)?;
+        // The others are among the listed changes.
+        let is_unusual = ![0.0, -1.0, 2.0, 0.5].contains(&number);
+        is_unusual.then(|| Change { rank: 3, ..make(number) })
+    }
+
+    /// `values` are a part of the residual of each sample. Returns the factor of that part with which all residuals vanish;
+    /// `None` if no factor does it, or 1.
+    fn fitted(&self, values: &[Vec<f64>]) -> Option<f64> {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (mut product, mut square) = (0.0, 0.0);
+        for (value, (residual, bound)) in values.iter().zip(&self.residuals) {
+            // Samples weigh by their precision.
+            let weight = 1.0 / (bound * bound);
+            product += weight * dot(value, residual);
+            square += weight * dot(value, value);
+        }
+        if square <= 0.0 || square.is_nan() {
+            return None;
+        }
+        let exact = 1.0 - product / square;
+        let fits = |factor: f64| {
+            values.iter().zip(&self.residuals).all(|(value, (residual, bound))| {
+                let pairs = value.iter().zip(residual);
+                pairs.into_iter().all(|(g, r)| (r + (factor - 1.0) * g).abs() <= *bound)
+            })
+        };
+        let is_other = (exact - 1.0).abs() >= 1e-4;
+        (fits(exact) && is_other).then(|| simplest(exact, &fits))
+    }
+}
+
+/// Jacobians that only the end of Newton's method shows: implicit Euler converges elsewhere with them.
+fn in_jacobians_of_newton(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
+    let inner = &scene.scene;
+    if reference::method::Method::one_point(inner.integrator)
+        != Some(reference::method::OnePoint::Implicit)
+    {
+        return Vec::new();
+    }
+    let model = Model::new(inner, made);
+    let terms = (0..model.n_terms()).map(|number| model.term(number));
+    let all: Vec<&Change> = terms
+        .flat_map(candidates::of_term)
+        .filter(|change| matches!(change.place, Place::Jacobian(_)) && change.rank < 2)
+        .collect();
+    let fits = all.into_par_iter().filter(|change| {
+        let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();
+        scene.agrees_with(&Model::new(inner, &all), usize::MAX) == Agreement::Agrees
+    });
+    fits.cloned().collect()
+}
+
+/// Pairs of changes of different values that together cancel the residual.
+pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+    let inner = &scene.scene;
+    let model = Model::new(inner, made);
+    let samples = scene.clear_samples();
+    let Some(base) = Base::of(&model, &samples) else { return Vec::new() };
+    let all: Vec<&Change> = (0..model.n_terms())
+        .flat_map(|number| candidates::of_term(model.term(number)))
+        .filter(|change| change.rank < 3)
+        .collect();
+    // Effects on all samples, in units of their bounds.
+    let effect = |change: &&'static Change| -> Option<(&'static Change, Vec<f64>)> {
+        let mut whole = Vec::new();
+        for (evidence, (_, bound)) in samples.iter().zip(&base.residuals) {
+            let (_, effect) = model.effect(change, &evidence.sample)?;
+            whole.extend(effect.into_iter().map(|value| value / bound));
+        }
+        let is_there = whole.iter().any(|value| value.abs() > 1.0);
+        (is_there && whole.iter().all(|value| value.is_finite())).then_some((*change, whole))
+    };
+    let effects: Vec<(&Change, Vec<f64>)> = all.par_iter().filter_map(effect).collect();
+    let residual: Vec<f64> = base
+        .residuals
+        .iter()
+        .flat_map(|(residual, bound)| {
+            residual.iter().map(|value| value / *bound).collect::<Vec<_>>()
+        })
+        .collect();
+    if effects.is_empty() || residual.is_empty() {
+        return Vec::new();
+    }
+    // Pairs are found by a projection on one direction, sorted.
+    let mut random = fastrand::Rng::with_seed(1);
+    let direction: Vec<f64> = residual.iter().map(|_| random.f64() + 0.5).collect();
+    let along = |vector: &[f64]| vector.iter().zip(&direction).map(|(a, b)| a * b).sum::<f64>();
+    let width: f64 = direction.iter().sum();
+    let mut sorted: Vec<(f64, usize)> =
+        effects.iter().enumerate().map(|(k, (_, effect))| (along(effect), k)).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let target = -along(&residual);
+    let mut found: Vec<(u32, Vec<Change>)> = Vec::new();
+    for (k, (first, effect)) in effects.iter().enumerate() {
+        let wanted = target - along(effect);
+        let from = sorted.partition_point(|(value, _)| *value < wanted - width);
+        for &(value, other) in &sorted[from..] {
+            if value > wanted + width {
+                break;
+            }
+            let (second, more) = &effects[other];
+            if other <= k || value_of(first) == value_of(second) {
+                continue;
+            }
+            let sums = residual.iter().zip(effect).zip(more);
+            if sums.into_iter().all(|((r, a), b)| (r + a + b).abs() <= 1.0) {
+                let rank = u32::from(first.rank) + u32::from(second.rank);
+                found.push((rank, vec![(*first).clone(), (*second).clone()]));
+            }
+        }
+    }
+    found.sort_by_key(|(rank, _)| *rank);
+    found.into_iter().map(|(_, changes)| changes).collect()
+}
+
+/// The value that a change is made in: two changes of one value do not add up.
+fn value_of(change: &Change) -> Option<(Term, Quantity)> {
+    match &change.effect {
+        Effect::Formula(term, quantity, _)
+        | Effect::Blocks(term, quantity, _)
+        | Effect::Axes(term, quantity, _)
+        | Effect::Particles(term, quantity, _) => Some((*term, *quantity)),
+        Effect::Factor(term, quantities, Factor { .. }) => Some((*term, quantities[0])),
+        Effect::Derived(term, _) | Effect::Ends(term, _) | Effect::Length(term, _) => {
+            Some((*term, Quantity::Force))
+        }
+        Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => None,
+    }
+}

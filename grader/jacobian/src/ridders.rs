@@ -20,7 +20,7 @@
 use std::mem;
 
 /// Maximum number of steps.
-const LEVELS: usize = 8;
+pub const LEVELS: usize = 8;
 
 /// A measured value with an error bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,15 +91,37 @@ pub type Function<'a> = &'a mut dyn FnMut(&[f64], &mut [f64]) -> bool;
 /// The coordinate on both sides of a step, if the step can be taken: [`exact_steps`] or [`rounded_steps`].
 pub type Sides = fn(f64, f64) -> Option<(f64, f64)>;
 
+/// Steps of differences: each is half the one before.
+#[derive(Debug, Clone, Copy)]
+pub struct Ladder {
+    /// The first step, well below the distance to the nearest non-smooth point; a power of two for [`exact_steps`].
+    pub first: f64,
+    /// Number of steps, at most [`LEVELS`].
+    pub levels: usize,
+    /// How a step is taken.
+    pub sides: Sides,
+}
+
+impl Ladder {
+    /// All exact steps from `first` on.
+    pub fn exact(first: f64) -> Self {
+        Self { first, levels: LEVELS, sides: exact_steps }
+    }
+
+    /// All rounded steps from `first` on.
+    pub fn rounded(first: f64) -> Self {
+        Self { first, levels: LEVELS, sides: rounded_steps }
+    }
+}
+
 /// The derivatives of every component of `function` by coordinate `column` of `x`.
 ///
-/// `function` fills a vector of `noise.len()` components. `noise` bounds the rounding error of each component. `first` is
-/// the first step: a power of two, well below the distance to the nearest non-smooth point.
+/// `function` fills a vector of `noise.len()` components. `noise` bounds the rounding error of each component.
 pub fn differentiate(
     function: Function<'_>,
     x: &[f64],
     column: usize,
-    (first, sides): (f64, Sides),
+    ladder: Ladder,
     noise: &[f64],
 ) -> Vec<Difference> {
     let size = noise.len();
@@ -112,9 +134,9 @@ pub fn differentiate(
     if !function(&moved, &mut here) {
         return vec![Difference::Unavailable; size];
     }
-    let mut step = first;
-    for _ in 0..LEVELS {
-        if let Some((up, down)) = sides(x[column], step) {
+    let mut step = ladder.first;
+    for _ in 0..ladder.levels {
+        if let Some((up, down)) = (ladder.sides)(x[column], step) {
             let width = up - down;
             moved[column] = up;
             let defined_above = function(&moved, &mut above);
@@ -184,7 +206,7 @@ mod tests {
             values[0] = function(x[0]);
             values[0].is_finite()
         };
-        differentiate(&mut { evaluate }, &[x], 0, (first, exact_steps), &[noise])[0]
+        differentiate(&mut { evaluate }, &[x], 0, Ladder::exact(first), &[noise])[0]
     }
 
     #[test]

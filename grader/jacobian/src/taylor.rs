@@ -10,7 +10,7 @@
 //! constant. If the remainder is at rounding level throughout, the function is linear along `e`, and `J` is right.
 //! Cost: up to 44 evaluations for each coordinate.
 
-use crate::ridders::{Function, exact_steps};
+use crate::ridders::{Function, Sides};
 
 /// Number of steps.
 const STEPS: usize = 44;
@@ -78,9 +78,15 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Takes the steps along coordinate `column` of `x`, from `first` (a power of two) downwards. Steps that are
-    /// inexact or lead to a point where the function is undefined are left out.
-    pub fn take(function: Function<'_>, x: &[f64], column: usize, first: f64, size: usize) -> Self {
+    /// Takes the steps along coordinate `column` of `x`, from `first` downwards. Steps that `sides` refuses or that lead to a
+    /// point where the function is undefined are left out.
+    pub fn take(
+        function: Function<'_>,
+        x: &[f64],
+        column: usize,
+        (first, sides): (f64, Sides),
+        size: usize,
+    ) -> Self {
         let mut taken = Self {
             steps: Vec::with_capacity(STEPS),
             changes: Vec::with_capacity(STEPS * size),
@@ -93,10 +99,10 @@ impl Steps {
         let mut moved = x.to_vec();
         let mut step = first;
         for _ in 0..STEPS {
-            if let Some((up, _)) = exact_steps(x[column], step) {
+            if let Some((up, _)) = sides(x[column], step).filter(|(up, _)| *up != x[column]) {
                 moved[column] = up;
                 if function(&moved, &mut there) {
-                    taken.steps.push(step);
+                    taken.steps.push(up - x[column]);
                     taken.changes.extend(there.iter().zip(&here).map(|(a, b)| a - b));
                 }
             }
@@ -175,6 +181,7 @@ fn fit(remainders: &[Remainder]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ridders::exact_steps;
 
     /// The test of `jacobian` as the derivative of `function` at 1.25.
     fn taylor(function: impl Fn(f64) -> f64, jacobian: f64) -> Taylor {
@@ -184,7 +191,7 @@ mod tests {
             true
         };
         let noise = 2.0 * f64::EPSILON * function(x[0]).abs();
-        Steps::take(&mut { evaluate }, &x, 0, 0.25, 1).judge(
+        Steps::take(&mut { evaluate }, &x, 0, (0.25, exact_steps), 1).judge(
             0,
             jacobian,
             noise,

@@ -7,15 +7,12 @@ use nalgebra::DMatrix;
 
 use super::states::CheckState;
 use super::subject::Subject;
-use super::verdict::{BlockKind, By, Entry, Part};
-use jacobian::ridders::{Estimate, differentiate, exact_steps, power_of_two};
+use super::verdict::{BlockKind, By, Part};
+use jacobian::ridders::{Estimate, Ladder, differentiate, exact_steps, power_of_two};
 use jacobian::taylor::Steps;
+use jacobian::verdict::{Entry, ROUNDING};
 use reference::law::Jacobians;
 use reference::law::{Expectation, Law, Scale, Term};
-
-/// Bound on the rounding error of a value, relative to the sum of the sizes of its terms, in any sensible order of
-/// operations: thirty-two roundings.
-pub(super) const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A quantity counts as nonzero if it is this many times its uncertainty.
 const SEEN: f64 = 1e3;
@@ -83,8 +80,8 @@ pub(super) fn observe(
         let columns: Vec<_> = (0..size)
             .map(|column| {
                 let differences =
-                    differentiate(&mut evaluate, moved, column, (first, exact_steps), &noise);
-                (differences, Steps::take(&mut evaluate, moved, column, first, size))
+                    differentiate(&mut evaluate, moved, column, Ladder::exact(first), &noise);
+                (differences, Steps::take(&mut evaluate, moved, column, (first, exact_steps), size))
             })
             .collect();
         let analytic = by.of(&analytic);
@@ -96,7 +93,7 @@ pub(super) fn observe(
                 analytic: analytic[(row, column)],
                 rounding,
                 difference: differences[row],
-                dual: is_the_laws
+                second: is_the_laws
                     .then(|| Estimate { value: dual[(row, column)], uncertainty: rounding }),
                 taylor: steps.judge(row, analytic[(row, column)], noise[row], rounding),
             }

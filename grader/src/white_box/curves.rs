@@ -13,11 +13,11 @@
 
 use nalgebra::DVector;
 
-use super::check::ROUNDING;
 use super::states::{CheckState, states};
 use super::subject::{Subject, simulated};
 use super::{Config, JacobianCheck, Verdict};
 use jacobian::taylor::{Remainder, Taylor, Window, judge};
+use jacobian::verdict::ROUNDING;
 use reference::law::{self, Expectation};
 use simulator::force;
 

@@ -32,12 +32,11 @@ use simulator::solver::psd::Projection;
 pub use curves::{Curves, curves};
 pub use jacobian::ridders::{Difference, Estimate};
 pub use jacobian::taylor::{Taylor, Window};
+pub use jacobian::verdict::{Entry, Reason, Verdict};
 pub use newton::NewtonCheck;
 pub use states::{CheckState, states};
 pub use subject::{Maker, Subject, simulated, simulated_of_kinds};
-pub use verdict::{
-    BlockFinding, BlockKind, By, Entry, Exhibit, Part, Property, PropertyFinding, Reason, Verdict,
-};
+pub use verdict::{BlockFinding, BlockKind, By, Exhibit, Part, Property, PropertyFinding};
 
 use structure::{Project, Structure};
 use tally::Tally;

@@ -25,9 +25,9 @@ use simulator::statistics::Statistics;
 use simulator::system::{BuildForce, System};
 use simulator::vocabulary;
 
-use super::check::{ROUNDING, largest};
-use super::verdict::{Reason, Verdict};
-use jacobian::ridders::{Difference, Estimate, differentiate, power_of_two, rounded_steps};
+use super::check::largest;
+use jacobian::ridders::{Difference, Estimate, Ladder, differentiate, power_of_two};
+use jacobian::verdict::{ROUNDING, Reason, Verdict};
 use reference::law::Scale;
 use reference::laws::Laws;
 
@@ -268,7 +268,7 @@ impl Observed {
         let size = self.matrix.amax();
         for (column, dof) in free.iter().enumerate() {
             let differences =
-                differentiate(&mut residual, &self.iterate, *dof, (first, rounded_steps), &noise);
+                differentiate(&mut residual, &self.iterate, *dof, Ladder::rounded(first), &noise);
             for (row, difference) in differences.iter().enumerate() {
                 let Difference::Smooth(Estimate { value, uncertainty }) = difference else {
                     return Finding::Unknown;

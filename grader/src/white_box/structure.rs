@@ -18,11 +18,14 @@ use scene::ForceElement;
 use scene::schema::{Conserves, ForceSchema};
 use simulator::force::Coupling;
 
-use super::check::{ROUNDING, first_step, largest};
+use super::check::{first_step, largest};
 use super::states::CheckState;
 use super::subject::Subject;
-use super::verdict::{By, Property, PropertyFinding, Reason, Verdict};
-use jacobian::ridders::{Difference, Estimate, Sample, differentiate, exact_steps, extrapolate};
+use super::verdict::{By, Property, PropertyFinding};
+use jacobian::ridders::{
+    Difference, Estimate, Ladder, Sample, differentiate, exact_steps, extrapolate,
+};
+use jacobian::verdict::{ROUNDING, Reason, Verdict};
 use reference::law::Jacobians;
 use reference::law::{Expectation, Law, Scale, Symmetry};
 
@@ -384,7 +387,7 @@ impl<'a> Scenario<'a> {
                 &mut evaluate,
                 &self.x,
                 column,
-                (self.first_step(), exact_steps),
+                Ladder::exact(self.first_step()),
                 &[noise],
             );
             let Difference::Smooth(Estimate { value, uncertainty }) = differences[0] else {

@@ -4,9 +4,8 @@ use std::collections::BTreeSet;
 
 use super::check::{Observation, ObservedBlock};
 use super::states::CheckState;
-use super::verdict::{
-    BlockFinding, BlockKind, By, Entry, Exhibit, Judgement, Part, Reason, Verdict,
-};
+use super::verdict::{BlockFinding, BlockKind, By, Exhibit, Part};
+use jacobian::verdict::{Entry, Judgement, Reason, Verdict};
 use reference::law::Term;
 use scene::schema::ForceSchema;
 

@@ -221,7 +221,7 @@ impl JsonEntry {
             rounding: finite(entry.rounding),
             difference,
             kink: entry.difference == Difference::Kink,
-            dual: entry.dual.map(JsonEstimate::of),
+            dual: entry.second.map(JsonEstimate::of),
             taylor: match entry.taylor {
                 Taylor::Consistent(_) => "consistent",
                 Taylor::Linear => "linear",

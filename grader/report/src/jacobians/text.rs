@@ -149,8 +149,8 @@ fn write_blocks(out: &mut dyn Write, checks: &[JacobianCheck]) -> io::Result<()>
 }
 
 fn dual_error(exhibit: &Exhibit) -> String {
-    let Entry { analytic, dual, .. } = exhibit.worst_entry();
-    match dual {
+    let Entry { analytic, second, .. } = exhibit.worst_entry();
+    match second {
         Some(dual) => {
             let size = if exhibit.size > 0.0 { exhibit.size } else { 1.0 };
             let error = (analytic - dual.value).abs() / size;
@@ -265,7 +265,7 @@ fn columns() -> [Column; 3] {
             Difference::Kink => "kink".to_owned(),
             Difference::Unavailable => "-".to_owned(),
         }),
-        ("dual numbers", |entry| match entry.dual {
+        ("dual numbers", |entry| match entry.second {
             Some(estimate) => format!("{:.15e}", estimate.value),
             None => "-".to_owned(),
         }),

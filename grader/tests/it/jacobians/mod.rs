@@ -202,7 +202,7 @@ fn exhibit_points_at_the_wrong_entry() {
     // Entry (1, 0) of the matrix: the first particle's y by its own x.
     let one = exhibit(find("one entry of ∂F/∂x off by a millionth"), XD);
     assert_eq!((one.row, one.column, one.worst), (0, 0, 2));
-    let relative = one.worst_entry().analytic / one.worst_entry().dual.expect("an opinion").value;
+    let relative = one.worst_entry().analytic / one.worst_entry().second.expect("an opinion").value;
     assert!((relative - 1.000001).abs() < 1e-9);
 
     let second = exhibit(find("only the second particle's own block off by a millionth"), XD);

@@ -742,7 +742,7 @@ impl Plane {
                 (self.student.fixed.hold)(&mut matrix, &mut right, i, particle.mass);
             }
             let nonsense = || DVector::repeat(2 * u.len(), f64::NAN);
-            let delta = matrix.full_piv_lu().solve(&right).unwrap_or_else(nonsense);
+            let delta = matrix.lu().solve(&right).unwrap_or_else(nonsense);
             for (i, u) in u.iter_mut().enumerate() {
                 *u += delta.fixed_rows::<2>(2 * i);
             }

@@ -37,7 +37,7 @@ fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str)
         .unwrap();
     let script = format!(
         "#!/bin/sh\n\
-         awk '/<integrator type=\"({})\"/ {{ known = 1 }}\n\
+         awk '/<integrator .*type=.({})[^a-z-]/ {{ known = 1 }}\n\
          /<({})/ {{ refused = 1 }}\n\
          !/<constantforce/ {{ print }}\n\
          END {{ exit !known || refused }}' \"$1\" > reduced.xml || {{ echo 'not known' >&2; exit 1; }}\n\

@@ -124,7 +124,7 @@ fn this_build_makes_the_stored_traces_by_one_thread_and_two() {
         assert_eq!(regenerated.code, 0, "{}{}", regenerated.stdout, regenerated.stderr);
         // Identical to the bit, except for the one scene whose sparse solver uses the machine's vector instructions.
         let changed = regenerated.stdout.lines().filter(|line| line.contains(": changed"));
-        let sparse = "  SpringDamping/net-five-by-five-linearized: changed within tolerance";
+        let sparse = "  FixedParticles/net-five-by-five-linearized: changed within tolerance";
         assert!(changed.clone().all(|line| line.starts_with(sparse)), "{}", regenerated.stdout);
         let report = run(root(), &["--threads", threads, "--format", "json"], &[]).stdout;
         (project.read("expected/manifest.toml"), report)

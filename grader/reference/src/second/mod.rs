@@ -316,6 +316,9 @@ impl Second {
         let Jacobians { by_position: k, by_velocity: b } = self.laws.jacobians(ahead, u, time);
         let free: Vec<usize> =
             (0..u.len()).filter(|dof| !self.scene.particles[dof / dimension].fixed).collect();
+        if free.is_empty() {
+            return Some(vec![0.0; u.len()]);
+        }
         let mass = |dof: usize| self.scene.particles[dof / dimension].mass;
         let right = DVector::from_iterator(
             free.len(),
@@ -347,7 +350,7 @@ impl Second {
             Solver::Qr => DMatrix::from_fn(n, n, reduced).qr().solve(&right)?,
             Solver::Inverse => DMatrix::from_fn(n, n, reduced).try_inverse()? * right,
             Solver::Iterative => {
-                let size = ITERATIVE * right.norm() / (n.max(1) as f64).sqrt();
+                let size = ITERATIVE * right.norm() / (n as f64).sqrt();
                 let off = right.map(|value| value + size * (2.0 * self.random.f64() - 1.0));
                 DMatrix::from_fn(n, n, reduced).lu().solve(&off)?
             }

@@ -30,24 +30,32 @@ static void refuse(const char *what, const char *which) {
   exit(1);
 }
 
-/* Value of an attribute between here and the end of the tag; missing: otherwise. */
-static double number(const char *tag, const char *name, double otherwise) {
+/* An attribute's text, from behind its opening quote on; NULL if the tag has none of this name. */
+static const char *attribute(const char *tag, const char *name) {
   const char *end = strchr(tag, '>'), *at = tag;
   size_t length = strlen(name);
   while ((at = strstr(at, name)) && at < end) {
-    if (at[-1] == ' ' && at[length] == '=') return strtod(at + length + 2, NULL);
+    const char *equals = at + length + strspn(at + length, " \n");
+    if (strchr(" \n", at[-1]) && *equals == '=') return strpbrk(equals, "\"'") + 1;
     at += length;
   }
-  return otherwise;
+  return NULL;
 }
 
-static void element(const char *tag) {
-  size_t length = strcspn(tag, " />");
+static double number(const char *tag, const char *name, double otherwise) {
+  const char *value = attribute(tag, name);
+  return value ? strtod(value, NULL) : otherwise;
+}
+
+/* Reads an element if it is an edge, or if it is another one. */
+static void element(const char *tag, int is_edge) {
+  size_t length = strcspn(tag, " />\n");
 #define TAG(name) (length == strlen(name) && !strncmp(tag, name, length))
+  if (TAG("edge") != is_edge) return;
   if (TAG("duration")) duration = number(tag, "time", 0);
   else if (TAG("integrator")) {
-    const char *type = strstr(tag, "type=\"") + 6;
-    snprintf(method, sizeof method, "%.*s", (int)strcspn(type, "\""), type);
+    const char *type = attribute(tag, "type");
+    snprintf(method, sizeof method, "%.*s", (int)strcspn(type, "\"'"), type);
     h = number(tag, "dt", 0);
   } else if (TAG("particle")) {
     if (n >= MOST) refuse("too many", "particles");
@@ -202,8 +210,12 @@ int main(int count, char **arguments) {
   if (!file || !output) refuse("usage:", "student -s scene.xml -d 0 -o trace.bin");
   static char text[1 << 22];
   text[fread(text, 1, sizeof text - 1, file)] = 0;
-  for (char *at = text; (at = strchr(at, '<')); at++)
-    if (at[1] != '/') element(at + 1);
+  for (int is_edge = 1; is_edge >= 0; is_edge--)  /* edges before the springs that name them */
+    for (char *at = text; (at = strchr(at, '<')); at++) {
+      if (!strncmp(at, "<!--", 4)) {
+        if (!(at = strstr(at, "-->"))) break;
+      } else if (at[1] != '/') element(at + 1, is_edge);
+    }
   FILE *trace = fopen(output, "wb");
   steps = (int)ceil(duration / h);
   for (i = 0; i <= steps; i++) {

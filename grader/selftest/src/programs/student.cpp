@@ -434,20 +434,22 @@ static void element(const std::string &tag, const Attributes &a) {
   else if (force) refuse("no element " + tag);  // what only draws or describes is passed over
 }
 
-static void parse(const std::string &text) {
+// Reads the edges, or all other elements.
+static void parse(const std::string &text, bool edges) {
   for (size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
-    if (text[at + 1] == '/' || text[at + 1] == '?' || text[at + 1] == '!') continue;
+    if (text.compare(at, 4, "<!--") == 0) at = text.find("-->", at);
+    if (text[at + 1] == '/' || text[at + 1] == '?' || text[at] == '-') continue;
     size_t end = text.find_first_of(" \t\r\n/>", at + 1), close = text.find('>', at);
     std::string tag = text.substr(at + 1, end - at - 1);
     Attributes attributes;
     while (true) {
-      size_t name = text.find_first_not_of(" \t\r\n/", end), equals = text.find('=', name);
-      if (name >= close || equals >= close) break;
-      size_t open = text.find('"', equals), shut = text.find('"', open + 1);
-      attributes[text.substr(name, equals - name)] = text.substr(open + 1, shut - open - 1);
+      size_t name = text.find_first_not_of(" \t\r\n/", end), open = text.find_first_of("\"'", name);
+      if (name >= close || open >= close) break;
+      size_t shut = text.find(text[open], open + 1);
+      attributes[text.substr(name, text.find_first_of(" \t\r\n=", name) - name)] = text.substr(open + 1, shut - open - 1);
       end = shut + 1;
     }
-    element(tag, attributes);
+    if ((tag == "edge") == edges) element(tag, attributes);
   }
 }
 
@@ -529,7 +531,7 @@ int main(int count, char **arguments) {
   std::ifstream file(scene);
   std::stringstream text;
   text << file.rdbuf();
-  parse(text.str());
+  for (bool edges : {true, false}) parse(text.str(), edges);  // a spring may precede the edge that it names
   if (is("output: none, and status 0")) return 0;
   if (is("output: under another name")) output = "result.dat";
   if (is("output: to the standard output")) output = "/dev/stdout";

@@ -99,8 +99,8 @@ def vortex(d, w, kbs, kvc):
 
 class Scene:
     def __init__(self, path):
-        self.pairs, self.edges = [], []
         root = ElementTree.parse(path).getroot()
+        self.pairs, self.edges = [], [(int(edge.get("i")), int(edge.get("j"))) for edge in root.iter("edge")]
         three = any("pz" in element.attrib for element in root.iter("particle"))
         self.axes = "xyz" if three else "xy"
         self.mass, self.x, self.v, self.fixed = [], [], [], []
@@ -119,8 +119,6 @@ class Scene:
             self.x.append([number("p" + axis) for axis in self.axes])
             self.v.append([number("v" + axis) for axis in self.axes])
             self.fixed.append(number("fixed") != 0)
-        elif tag == "edge":
-            self.edges.append((int(a["i"]), int(a["j"])))
         elif tag == "springforce":
             i, j = self.edges[int(a["edge"])]
             self.pairs.append((i, j, spring, (number("k"), number("l0"), number("b"))))

@@ -20,7 +20,7 @@ use super::whole_suite;
 pub(super) struct Inputs {
     pub(super) suite: Suite,
     oracle: Oracle,
-    rubric: Rubric,
+    pub(super) rubric: Rubric,
 }
 
 impl Inputs {

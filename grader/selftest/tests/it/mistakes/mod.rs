@@ -10,6 +10,7 @@
 
 mod assignments;
 mod calibrated;
+mod cost;
 mod findings;
 mod judging;
 mod probing;
@@ -116,7 +117,8 @@ fn long_every_mistake_is_caught_in_each_assignment_and_documented() {
     let known =
         ["all", "elastodynamics", "fast-mass-spring", "higher-order", "t1m1", "t1m2", "t1m3"];
     assert_eq!(names, known);
-    assert_document("mistakes.md", &(table.markdown() + &assignments::markdown(&catches)), COMMAND);
+    let document = table.markdown() + &assignments::markdown(&catches) + &cost::markdown(&table);
+    assert_document("mistakes.md", &document, COMMAND);
 }
 
 #[test]

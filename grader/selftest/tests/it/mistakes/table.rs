@@ -117,7 +117,7 @@ fn by_section<'a>(scenes: impl Iterator<Item = &'a Graded>) -> [usize; 2] {
     counts
 }
 
-fn capitalized(text: &str) -> String {
+pub(crate) fn capitalized(text: &str) -> String {
     let mut characters = text.chars();
     characters
         .next()

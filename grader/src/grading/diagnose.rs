@@ -1,6 +1,5 @@
 //! The diagnosis of judged scenes: states their outcomes to [`diagnosis`], and takes over what it finds.
 
-use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use diagnosis::findings::{self, Findings, JudgedScene, Outcome, Thresholds};
@@ -22,7 +21,7 @@ pub(super) fn look_into(judged: &mut [Judged<'_>], limits: &Thresholds) -> Findi
         let scenes: Vec<JudgedScene<'_>> = judged.iter().map(scene_of).collect();
         Findings::of(&scenes, limits)
     };
-    let Ok((mut findings, found)) = catch_unwind(AssertUnwindSafe(find)) else {
+    let Ok((findings, found)) = catch_unwind(AssertUnwindSafe(find)) else {
         return Findings::default();
     };
     for (Judged { result, .. }, found) in judged.iter_mut().zip(found) {
@@ -32,35 +31,7 @@ pub(super) fn look_into(judged: &mut [Judged<'_>], limits: &Thresholds) -> Findi
             result.comparison.verdict = Verdict::Fail(Failure::NotImplemented(lack));
         }
     }
-    if let Some(progress) = &mut findings.progress {
-        progress.next = next(judged, progress.next.take());
-    }
     findings
-}
-
-/// What to make next: while required scenes fail, what the simplest required scene lacks that is not there, and otherwise
-/// what the diagnosis proposes.
-fn next(judged: &[Judged<'_>], proposed: Option<(String, String)>) -> Option<(String, String)> {
-    let is_required = |judged: &&Judged<'_>| judged.case.feature.section == Section::Required;
-    let fails = |judged: &&Judged<'_>| !judged.result.comparison.verdict.is_pass();
-    let mut failed = judged.iter().filter(is_required).filter(fails).peekable();
-    let (_, scene) = proposed.as_ref()?;
-    if failed.peek().is_none()
-        || judged.iter().filter(is_required).any(|each| each.case.id == *scene)
-    {
-        return proposed;
-    }
-    let lacking = failed.filter(|judged| judged.result.comparison.verdict.is_lack());
-    let titles = |judged: &&Judged<'_>| {
-        let elements = judged.case.scene.forces.iter();
-        elements.map(|element| element.schema.title).collect::<BTreeSet<_>>()
-    };
-    let size = |judged: &&Judged<'_>| (titles(judged).len(), judged.case.scene.particles.len());
-    let simplest = lacking.min_by_key(size)?;
-    let forces = titles(&simplest).into_iter().collect::<Vec<_>>().join(" and ");
-    let forces = if forces.is_empty() { "free motion" } else { &forces };
-    let integrator = simplest.case.scene.integrator.name;
-    Some((format!("{forces} under {integrator}"), simplest.case.id.clone()))
 }
 
 fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
@@ -76,7 +47,7 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
     JudgedScene {
         name: &case.id,
         scene: &case.scene,
-        is_extra: case.feature.section == Section::ExtraCredit,
+        is_required: case.feature.section == Section::Required,
         outcome: outcome(&comparison.verdict),
         first_wrong: comparison.first_wrong.as_ref().map(|first| findings::FirstWrong {
             step: first.place.step,

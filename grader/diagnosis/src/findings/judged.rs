@@ -12,8 +12,8 @@ pub struct JudgedScene<'a> {
     pub name: &'a str,
     /// The scene.
     pub scene: &'a Scene,
-    /// Whether it is for extra credit.
-    pub is_extra: bool,
+    /// Whether it is required.
+    pub is_required: bool,
     /// How its run ended.
     pub outcome: Outcome,
     /// The first number out of tolerance, if there is one.

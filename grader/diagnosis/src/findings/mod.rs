@@ -245,7 +245,7 @@ impl fmt::Display for Finding {
 pub struct Progress {
     /// What is implemented.
     pub implemented: Vec<String>,
-    /// The simplest required thing that is not there, or of extra credit once nothing required is wrong: in words, and a scene.
+    /// The simplest required thing that is not there, or another one once nothing required is wrong: in words, and a scene.
     pub next: Option<(String, String)>,
 }
 
@@ -959,9 +959,10 @@ fn progress(judged: &[JudgedScene<'_>], found: &[Found], list: &[Finding]) -> Op
             implemented.push(kind.schema.name.to_owned());
         }
     }
-    // Extra credit comes after all that is required.
-    let is_due = judged.iter().all(|scene| scene.is_extra || scene.outcome == Outcome::Passed);
-    let next = lacking.iter().filter(|scene| is_due || !scene.is_extra);
+    // All else comes after what is required.
+    let is_wrong = |scene: &JudgedScene<'_>| scene.is_required && scene.outcome != Outcome::Passed;
+    let waits = judged.iter().any(is_wrong);
+    let next = lacking.iter().filter(|scene| scene.is_required || !waits);
     let next = next.min_by_key(|scene| simplicity(scene.scene)).map(|scene| {
         let inner = scene.scene;
         let mut titles: Vec<&str> = Vec::new();

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use scene::schema::{Conserves, Dependence, ForceSchema, Masses, PartSchema, Potential, Stencil};
+use scene::schema::{
+    Conserves, Dependence, ForceSchema, Initial, Masses, PartSchema, Potential, Stencil,
+};
 use scene::{Dimension, ForceElement, ParseOptions, Particle, Scene, find_scene_files, json, load};
 use simulator::force::{
     ElementJacobians, Force, JacobianSink, Numbered, REGISTRY as FORCES, State,
@@ -126,7 +128,7 @@ fn force_parts_depend_on_and_derive_from_declared_facts() {
 }
 
 /// The force of a scene's elements on these masses.
-fn on_masses(scene: &Scene, masses: [f64; N]) -> Vec<f64> {
+fn on_masses(scene: &Scene, masses: [f64; N]) -> [f64; 2 * N] {
     let mut scene = scene.clone();
     for (particle, mass) in scene.particles.iter_mut().zip(masses) {
         particle.mass = mass;
@@ -134,7 +136,7 @@ fn on_masses(scene: &Scene, masses: [f64; N]) -> Vec<f64> {
     let schema = scene.forces[0].schema;
     let kind = FORCES.iter().find(|kind| kind.schema == *schema).unwrap();
     let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-    let mut sum = vec![0.0; 2 * N];
+    let mut sum = [0.0; 2 * N];
     let state = State { masses: &masses, ..state(&POSITIONS, &VELOCITIES) };
     (kind.build_2d)(&scene, &elements).add_force(state, 0..N, &mut sum).unwrap();
     sum
@@ -162,6 +164,26 @@ fn mass_dependence_matches_the_schema() {
             None
         };
         assert_eq!(found, Some(kind.schema.masses), "{}", kind.schema.tag);
+    }
+}
+
+#[test]
+fn dependence_on_initial_positions_matches_the_schema() {
+    for kind in FORCES {
+        let mut scene = scene(&kind.schema, kind.schema.parts.len() - 1);
+        let here = on_masses(&scene, MASSES);
+        for particle in &mut scene.particles {
+            particle.position = particle.position.map(|coordinate| 2.0 * coordinate);
+        }
+        let elsewhere = on_masses(&scene, MASSES);
+        let found = if elsewhere == here {
+            Initial::None
+        } else if elsewhere == here.map(|component| 0.5 * component) {
+            Initial::PathLength
+        } else {
+            Initial::BoxDiagonal
+        };
+        assert_eq!(found, kind.schema.initial, "{}", kind.schema.tag);
     }
 }
 

@@ -9,6 +9,7 @@
 //! explicit, symplectic    v' = v + h F(q, v)/m                      q' = q + h v  or  q + h v'
 //! linearized, implicit    (M − h² ∂F/∂q − h ∂F/∂v) δ = −M (u − v) + h F(q + h u, u),  u ← u + δ
 //! projected Newton        student/projected_newton.rs
+//! elastic bodies          student/elastic.rs
 //! fast mass-spring        student/fast_mass_spring.rs
 //! ```
 //!
@@ -16,9 +17,10 @@
 //! the student's own loop; `Others` holds the mistakes made with them.
 //!
 //! Sources: hand-out of milestone 2, section 3; of milestone 3, sections 5 to 10; the course's
-//! definition of the vortex force, of which the Jacobians are derived by hand; the lecture on elastodynamics; the
-//! hand-out on fast mass-spring systems.
+//! definition of the vortex force, of which the Jacobians are derived by hand; the hand-out on elastic bodies; the lecture on
+//! elastodynamics; the hand-out on fast mass-spring systems.
 
+mod elastic;
 mod fast_mass_spring;
 mod projected_newton;
 
@@ -34,6 +36,7 @@ use scene::{Dimension, ForceElement, Particle, Scene};
 use grader::submission::StateSource;
 use grader::verdict::Failure;
 
+pub(crate) use elastic::{Hinge, NineBlocks, Three, Triangle, cross, path_length};
 pub(crate) use fast_mass_spring::{FastMassSpring, wind};
 pub(crate) use projected_newton::{ProjectedNewton, largest, largest_row};
 
@@ -227,6 +230,12 @@ pub struct Student {
     pub(crate) drag_dv: DragJacobian,
     pub(crate) vortex_dx: Jacobian,
     pub(crate) vortex_dv: Jacobian,
+    pub(crate) bar: PairForce,
+    pub(crate) bar_dx: Jacobian,
+    pub(crate) hinge: Hinge,
+    pub(crate) hinge_dx: Hinge,
+    pub(crate) triangle: Triangle,
+    pub(crate) triangle_dx: Triangle,
     pub(crate) explicit: Explicit,
     pub(crate) symplectic: Explicit,
     pub(crate) linearized: Implicit,
@@ -263,7 +272,7 @@ pub(crate) enum Deviation {
 pub(crate) type Row = [Vec<f64>; 2];
 
 /// The forces that have a formula here.
-pub(crate) const OWN_FORCES: [&str; 7] = [
+pub(crate) const OWN_FORCES: [&str; 10] = [
     "simplegravity",
     "constantforce",
     "dragdamping",
@@ -271,7 +280,14 @@ pub(crate) const OWN_FORCES: [&str; 7] = [
     "greenspringforce",
     "gravitationalforce",
     "vortexforce",
+    BAR,
+    HINGE,
+    TRIANGLE,
 ];
+
+const BAR: &str = "elasticbodyspringforce";
+const HINGE: &str = "elasticbodybendingforce";
+const TRIANGLE: &str = "elasticbodycstforce";
 
 /// Whether the student has formulas of its own for the steps of this equation.
 pub(crate) fn steps_by_itself(equation: StepEquation) -> bool {
@@ -310,6 +326,11 @@ pub fn knows(scene: &Scene) -> bool {
             let is_plain = scene.integrator_options.choice("acceleration") == "none";
             is_plain && (is_plane || scene.dimension == Dimension::Three)
         }
+        // The student has no energies of elastic bodies.
+        _ if is_minimised(scene) => {
+            is_plane
+                && scene.forces.iter().all(|of| ![BAR, HINGE, TRIANGLE].contains(&of.schema.tag))
+        }
         _ => is_plane,
     }
 }
@@ -318,6 +339,16 @@ pub fn knows(scene: &Scene) -> bool {
 fn is_minimised(scene: &Scene) -> bool {
     scene.integrator.family == Family::Minimization
         && scene.integrator.equation == StepEquation::ImplicitEuler
+}
+
+/// `F_i = −α/l0 (l − l0) n`.
+fn bar(pair: &Pair, p: &Parameters) -> Vec2 {
+    -p["alpha"] / p["l0"] * (pair.l() - p["l0"]) * pair.n()
+}
+
+/// `−α/l0 (n nᵀ + (l − l0)/l (I − n nᵀ))`.
+fn bar_dx(pair: &Pair, p: &Parameters) -> Mat2 {
+    -p["alpha"] / p["l0"] * (pair.nn() + (pair.l() - p["l0"]) / pair.l() * pair.across())
 }
 
 /// `l0² k/2 (l²/l0² − 1)²`.
@@ -454,6 +485,12 @@ impl Student {
             drag_dv: DragJacobian { block: drag_dv, place: |particle| particle },
             vortex_dx: jacobian(vortex_dx),
             vortex_dv: jacobian(vortex_dv),
+            bar: force(bar),
+            bar_dx: jacobian(bar_dx),
+            hinge: Hinge::FAULTLESS,
+            hinge_dx: Hinge::FAULTLESS,
+            triangle: Triangle::FAULTLESS,
+            triangle_dx: Triangle::FAULTLESS,
             explicit,
             symplectic: Explicit { position: |q, _, new, h| q + h * new, ..explicit },
             linearized: Implicit { max_iterations: 1, ..implicit },
@@ -794,6 +831,15 @@ impl Plane {
         Pair { x: [q[i], q[j]], v: [v[i], v[j]], m: [mass(i), mass(j)] }
     }
 
+    fn three(&self, element: &ForceElement, q: &[Vec2]) -> Three {
+        let start = |particle: usize| {
+            let [x, y, _] = self.scene.particles[particle].position;
+            Vec2::new(x, y)
+        };
+        let particles = [0, 1, 2].map(|place| element.particles[place]);
+        Three { x: particles.map(|particle| q[particle]), start: particles.map(start) }
+    }
+
     /// The force on every particle, fixed ones included.
     fn force(&self, q: &[Vec2], v: &[Vec2]) -> Vec<Vec2> {
         let student = &self.student;
@@ -822,6 +868,15 @@ impl Plane {
                 "greenspringforce" => on_pair(student.green, ij, p, &mut force),
                 "gravitationalforce" => on_pair(student.gravitation, ij, p, &mut force),
                 "vortexforce" => on_pair(student.vortex, ij, p, &mut force),
+                BAR => on_pair(student.bar, ij, p, &mut force),
+                HINGE | TRIANGLE => {
+                    let three = self.three(element, q);
+                    let shares = match element.schema.tag {
+                        HINGE => student.hinge.force(&three, p),
+                        _ => student.triangle.force(&three, p),
+                    };
+                    element.particles.iter().zip(shares).for_each(|(i, share)| force[*i] += share);
+                }
                 tag => {
                     let [factor, _] = (student.others.factors)(tag);
                     let laws = Laws::of(&self.scene, std::slice::from_ref(element));
@@ -874,6 +929,19 @@ impl Plane {
                 "vortexforce" => {
                     of_pair(student.vortex_dx, ij, p, &mut dx);
                     of_pair(student.vortex_dv, ij, p, &mut dv);
+                }
+                BAR => of_pair(student.bar_dx, ij, p, &mut dx),
+                HINGE | TRIANGLE => {
+                    let three = self.three(element, q);
+                    let blocks = match element.schema.tag {
+                        HINGE => student.hinge_dx.jacobian(&three, p),
+                        _ => student.triangle_dx.jacobian(&three, p),
+                    };
+                    for (row, blocks) in element.particles.iter().zip(blocks) {
+                        for (column, block) in element.particles.iter().zip(blocks) {
+                            add_block(&mut dx, *row, *column, &block);
+                        }
+                    }
                 }
                 tag if OWN_FORCES.contains(&tag) => {
                     // Simple gravity and the constant force are the same everywhere.

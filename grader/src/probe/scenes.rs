@@ -19,7 +19,7 @@ use std::sync::LazyLock;
 
 use fastrand::Rng;
 use nalgebra::DMatrix;
-use scene::schema::{ForceSchema, Masses, PartSchema, Stencil, StepEquation};
+use scene::schema::{ForceSchema, Initial, Masses, PartSchema, Stencil, StepEquation};
 use scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Parameters, Particle, Scene,
 };
@@ -76,8 +76,8 @@ impl Elements {
     }
 
     /// The parameters of the element at this place in the chain. A force that grows with the masses is divided by
-    /// them, not to depend on them.
-    fn parameters(self, place: usize, masses: &[f64]) -> Parameters {
+    /// them, and one that is per initial length is multiplied by it, not to depend on them.
+    fn parameters(self, place: usize, masses: &[f64], path_length: f64) -> Parameters {
         let Self { schema, parts } = self;
         let mut values = schema.zeros();
         for (value, parameter) in values.iter_mut().zip(schema.parameters) {
@@ -86,8 +86,12 @@ impl Elements {
                 continue;
             }
             *value = parameter.samples[place];
-            if schema.masses == Masses::Product && schema.parts.iter().any(is_of) {
+            let is_scale = schema.parts.iter().any(is_of);
+            if is_scale && schema.masses == Masses::Product {
                 *value /= masses.iter().product::<f64>();
+            }
+            if is_scale && schema.initial == Initial::PathLength {
+                *value *= path_length;
             }
         }
         values
@@ -286,12 +290,15 @@ pub(super) fn scene(
     let edges = numbers.flat_map(|group| {
         pairs(dimension).map(move |pair| pair.map(|i| group * chain(dimension) + i))
     });
+    let particles: Vec<Particle> =
+        groups.iter().flat_map(|group| particles(group, dimension)).collect();
+    let forces = elements.iter().flat_map(|of| force_elements(*of, dimension, groups, &particles));
     Scene {
         duration: time_step,
         time_step,
-        particles: groups.iter().flat_map(|group| particles(group, dimension)).collect(),
+        forces: forces.collect(),
+        particles,
         edges: edges.map(|particles| Edge { particles, radius: EDGE_RADIUS }).collect(),
-        forces: elements.iter().flat_map(|of| force_elements(*of, dimension, groups)).collect(),
         ..Scene::new("probe", dimension, method)
     }
 }
@@ -312,16 +319,29 @@ fn particles(group: &Group, dimension: Dimension) -> Vec<Particle> {
     group.masses.iter().enumerate().map(particle).collect()
 }
 
-fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<ForceElement> {
+/// Sets parameters that belong to three dimensions to 0.
+fn clear_depth(element: &mut ForceElement) {
+    for (value, parameter) in element.parameters.iter_mut().zip(element.schema.parameters) {
+        if parameter.three_dimensional {
+            *value = 0.0;
+        }
+    }
+}
+
+/// The elements of all groups, on the particles of the scene.
+fn force_elements(
+    of: Elements,
+    dimension: Dimension,
+    groups: &[Group],
+    all: &[Particle],
+) -> Vec<ForceElement> {
     let schema = of.schema;
     if schema.stencil.is_field() {
-        let mut parameters = of.parameters(0, &[]);
-        for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
-            if parameter.three_dimensional && dimension == Dimension::Two {
-                *value = 0.0;
-            }
+        let mut element = ForceElement::new(schema, &[], None, of.parameters(0, &[], 0.0));
+        if dimension == Dimension::Two {
+            clear_depth(&mut element);
         }
-        return vec![ForceElement::new(schema, &[], None, parameters)];
+        return vec![element];
     }
     let stencils = stencils(schema.stencil, dimension);
     let mut found = Vec::with_capacity(groups.len() * stencils.len());
@@ -332,7 +352,13 @@ fn force_elements(of: Elements, dimension: Dimension, groups: &[Group]) -> Vec<F
             let particles: Vec<usize> = stencil.iter().map(global).collect();
             let is_edge = schema.stencil == Stencil::Edge;
             let edge = is_edge.then_some(number * stencils.len() + place);
-            found.push(ForceElement::new(schema, &particles, edge, of.parameters(place, &masses)));
+            let mut element = ForceElement::new(schema, &particles, edge, schema.zeros());
+            let path_length = element.path_length(all);
+            element.parameters = of.parameters(place, &masses, path_length);
+            if dimension == Dimension::Two {
+                clear_depth(&mut element);
+            }
+            found.push(element);
         }
     }
     found

@@ -13,8 +13,8 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use fastrand::Rng;
-use scene::schema::{ForceSchema, ParameterSchema};
-use scene::{ForceElement, Scene, Viewport};
+use scene::schema::{Coordinate, ForceSchema, ParameterSchema};
+use scene::{ForceElement, Particle, Scene, Viewport};
 
 /// Logarithm of the largest factor of a mass, of a velocity, or of a parameter: from 0.78 to 1.28. A method that is stable
 /// with a third to spare stays so.
@@ -250,6 +250,7 @@ pub(super) fn redraw(scene: &Scene, spread: f64, random: &mut Rng) -> Scene {
     }
     for force in &mut drawn.forces {
         redraw_force(force, &placement, &mut factors);
+        redraw_undeformed(force, &placement, &scene.particles, &drawn.particles);
     }
     if let Some(Viewport { center: [x, y], size }) = &mut drawn.rendering.viewport {
         let place = placement.place([*x, *y, 0.0]);
@@ -264,7 +265,9 @@ pub(super) fn redraw(scene: &Scene, spread: f64, random: &mut Rng) -> Scene {
 /// The parameters of an element. A parameter that only three dimensions have is the last component of a vector.
 fn redraw_force(force: &mut ForceElement, placement: &Placement, factors: &mut Factors<'_>) {
     let schema = force.schema;
-    let last = schema.parameters.iter().position(|parameter| parameter.three_dimensional);
+    let is_depth =
+        |parameter: &ParameterSchema| parameter.three_dimensional && parameter.coordinate.is_none();
+    let last = schema.parameters.iter().position(is_depth);
     let vector = last.and_then(|last| Some(last.checked_sub(2)?..=last));
     if let Some(components) = vector.clone().and_then(|range| force.parameters.get_mut(range))
         && let [x, y, z] = components
@@ -272,11 +275,31 @@ fn redraw_force(force: &mut ForceElement, placement: &Placement, factors: &mut F
         [*x, *y, *z] = placement.vector([*x, *y, *z], factors);
     }
     for (number, parameter) in schema.parameters.iter().enumerate() {
-        let is_component = vector.as_ref().is_some_and(|range| range.contains(&number));
+        let is_component = parameter.coordinate.is_some()
+            || vector.as_ref().is_some_and(|range| range.contains(&number));
         let value = &mut force.parameters[number];
         if !is_component && *value != 0.0 && parameter.default != Some(*value) {
             *value = factors.parameter(schema, parameter, *value, placement.size);
         }
+    }
+}
+
+/// The places of an element's particles before it was deformed. One that is a particle's initial position stays so.
+fn redraw_undeformed(
+    force: &mut ForceElement,
+    placement: &Placement,
+    old: &[Particle],
+    new: &[Particle],
+) {
+    let places = force.undeformed();
+    for (parameter, value) in force.schema.parameters.iter().zip(&mut force.parameters) {
+        let Some(Coordinate { particle, axis }) = parameter.coordinate else { continue };
+        let (place, number) = (places[particle], force.particles[particle]);
+        *value = if place == old[number].position {
+            new[number].position[axis]
+        } else {
+            rounded(placement.place(place)[axis], placement.decimals)
+        };
     }
 }
 

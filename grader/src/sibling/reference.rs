@@ -132,7 +132,9 @@ fn check_values(scene: &Scene) -> Result<(), Fault> {
     }
     for force in &scene.forces {
         let values = force.schema.parameters.iter().zip(&force.parameters);
-        let mut values = values.filter(|(parameter, value)| parameter.default != Some(**value));
+        let mut values = values.filter(|(parameter, value)| {
+            parameter.coordinate.is_none() && parameter.default != Some(**value)
+        });
         if let Some((parameter, _)) = values.find(|(_, value)| **value == 1.0) {
             return Err(is_one(parameter.name));
         }

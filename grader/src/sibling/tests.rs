@@ -47,7 +47,8 @@ fn structure(scene: &Scene) -> impl PartialEq + std::fmt::Debug {
     forces.sort_unstable();
     let mut equal: BTreeMap<(&str, &str, u64), usize> = BTreeMap::new();
     for force in scene.forces.iter().filter(|force| !force.particles.is_empty()) {
-        for (parameter, value) in force.schema.parameters.iter().zip(&force.parameters) {
+        let values = force.schema.parameters.iter().zip(&force.parameters);
+        for (parameter, value) in values.filter(|(parameter, _)| parameter.coordinate.is_none()) {
             *equal.entry((force.schema.tag, parameter.name, value.to_bits())).or_default() += 1;
         }
     }

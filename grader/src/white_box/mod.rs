@@ -167,7 +167,7 @@ fn check_with(
     project: Project<'_>,
 ) -> JacobianCheck {
     let states = states(kind, dimension, config.states, config.seed);
-    let mut tallies = Tally::all(&kind.schema);
+    let mut tallies = Tally::all(&kind.schema, dimension);
     let mut structure = Structure::new(law, project);
     let subjects: Vec<_> = states.iter().map(|state| make(&state.scene)).collect();
     let mut both = states.iter().zip(&subjects);
@@ -346,6 +346,8 @@ mod tests {
             derivatives: spring.schema.derivatives,
             parts: spring.schema.parts,
             masses: spring.schema.masses,
+            initial: spring.schema.initial,
+            ignored: spring.schema.ignored,
             conserves: spring.schema.conserves,
         };
         let fault = |schema, build_2d, build_3d| {

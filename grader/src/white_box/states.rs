@@ -1,12 +1,13 @@
 //! States at which Jacobians are checked, each with a name.
 //!
 //! Half of them are random. The others are deliberately hard: almost zero length, compressed and stretched, mass ratios
-//! of 1e9, far from the origin, velocities along and across the line of two particles, no velocity, and every parameter
-//! that may be zero at zero. Some have a particle more than one element needs, with elements that share particles, are
+//! of 1e9, far from the origin, velocities along and across the line of two particles, no velocity, straight, folded and
+//! clockwise elements of three particles, and every parameter that may be zero at zero. Some have a particle more than one element needs, with elements that share particles, are
 //! listed backwards, or act on the same. Parameters are drawn from the schema's typical values.
 //!
 //! Coordinates are multiples of a power of two with spare digits, so that differences can take exact steps.
 
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
 
 use fastrand::Rng;
@@ -62,6 +63,19 @@ enum Motion {
     Rest,
 }
 
+/// The directions from one particle to the next.
+#[derive(Clone, Copy, PartialEq)]
+enum Course {
+    Any,
+    /// Along the x axis, then the y axis, and so on.
+    Axes,
+    /// Each turned by this angle from the one before.
+    Turning(f64),
+}
+
+/// Angle between two lines that are nearly parallel, in radians: as small as coordinates of few digits resolve it.
+const SLIGHT: f64 = 1.0 / 64.0;
+
 /// A recipe for a random state.
 #[derive(Clone, Copy)]
 struct Plan {
@@ -72,7 +86,7 @@ struct Plan {
     masses: [f64; 2],
     /// A parameter to set to zero, or to the smallest value in its domain.
     without: Option<usize>,
-    axis_aligned: bool,
+    course: Course,
     arrangement: Arrangement,
 }
 
@@ -123,7 +137,7 @@ const PLAIN: Plan = Plan {
     far: 0.0,
     masses: [0.5, 4.0],
     without: None,
-    axis_aligned: false,
+    course: Course::Any,
     arrangement: Arrangement::Single,
 };
 
@@ -155,7 +169,18 @@ pub fn states(
     hard("velocity across the line", Plan { motion: Motion::Across, ..PLAIN });
     hard("velocities alike", Plan { motion: Motion::Alike, ..PLAIN });
     hard("at rest", Plan { motion: Motion::Rest, ..PLAIN });
-    hard("along the x axis", Plan { axis_aligned: true, ..PLAIN });
+    hard("along the x axis", Plan { course: Course::Axes, ..PLAIN });
+    if kind.schema.stencil.size() > 2 {
+        let mut turning =
+            |name, angle| hard(name, Plan { course: Course::Turning(angle), ..PLAIN });
+        if dimension == Dimension::Two {
+            turning("straight", 0.0);
+        }
+        turning("nearly straight", SLIGHT);
+        turning("nearly straight, the other way", -SLIGHT);
+        turning("nearly folded", PI - SLIGHT);
+        turning("clockwise", -FRAC_PI_2);
+    }
     for (number, parameter) in kind.schema.parameters.iter().enumerate() {
         if parameter.domain == Domain::NonNegative {
             let name = parameter.name;
@@ -263,15 +288,21 @@ fn positions(
 ) -> Vec<[f64; 3]> {
     let first = vector(dimension, rng).map(|component| on_grid(component + plan.far, 12));
     let mut positions = vec![first];
+    let mut before: Option<[f64; 3]> = None;
     while positions.len() < n_particles {
         let length = match plan.length {
             Length::Any => 0.5 + 2.5 * rng.f64(),
             Length::Times(times) => times * rest_length,
         };
-        let mut direction = unit(vector(dimension, rng));
-        if plan.axis_aligned {
-            direction = [1.0, 0.0, 0.0];
-        }
+        let any = unit(vector(dimension, rng));
+        let direction = match (plan.course, before) {
+            (Course::Any, _) | (Course::Turning(_), None) => any,
+            (Course::Axes, _) => {
+                std::array::from_fn(|axis| f64::from(axis == (positions.len() - 1) % 2))
+            }
+            (Course::Turning(angle), Some(before)) => turned(before, any, dimension, angle),
+        };
+        before = Some(direction);
         // Twelve binary digits of the length: sums stay exact beside the origin.
         let digits = 12 - length.log2().floor() as i32;
         let last = positions[positions.len() - 1];
@@ -318,6 +349,19 @@ fn vector(dimension: Dimension, rng: &mut Rng) -> [f64; 3] {
 fn unit(vector: [f64; 3]) -> [f64; 3] {
     let length = vector.iter().map(|component| component * component).sum::<f64>().sqrt();
     if length == 0.0 { [1.0, 0.0, 0.0] } else { vector.map(|component| component / length) }
+}
+
+/// The direction turned by an angle: anticlockwise in two dimensions, towards `aside` in three.
+fn turned(direction: [f64; 3], aside: [f64; 3], dimension: Dimension, angle: f64) -> [f64; 3] {
+    let [x, y, _] = direction;
+    let across = match dimension {
+        Dimension::Two => [-y, x, 0.0],
+        Dimension::Three => {
+            let along: f64 = direction.iter().zip(aside).map(|(a, b)| a * b).sum();
+            unit(std::array::from_fn(|axis| aside[axis] - along * direction[axis]))
+        }
+    };
+    std::array::from_fn(|axis| angle.cos() * direction[axis] + angle.sin() * across[axis])
 }
 
 /// The nearest multiple of `2⁻ᵈⁱᵍⁱᵗˢ`.

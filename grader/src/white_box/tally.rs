@@ -7,6 +7,7 @@ use super::states::CheckState;
 use super::verdict::{BlockFinding, BlockKind, By, Exhibit, Part};
 use jacobian::verdict::{Entry, Judgement, Reason, Verdict};
 use reference::law::Term;
+use scene::Dimension;
 use scene::schema::ForceSchema;
 
 /// One kind of block over all states so far.
@@ -34,15 +35,16 @@ pub(super) struct Tally {
 
 impl Tally {
     /// A tally for each kind of block of this force.
-    pub(super) fn all(schema: &ForceSchema) -> [Self; 4] {
+    pub(super) fn all(schema: &ForceSchema, dimension: Dimension) -> [Self; 4] {
         let terms = Term::of(schema);
         BlockKind::ALL.map(|kind| {
             let shows =
                 |by: By| by == kind.by && (kind.part == Part::Direct || !schema.stencil.is_field());
-            let required = terms.iter().map(|term| {
+            let required = terms.iter().zip(schema.parameters).map(|(term, parameter)| {
+                let is_there = dimension == Dimension::Three || !parameter.three_dimensional;
                 let shows = (term.by_position && shows(By::Position))
                     || (term.by_velocity && shows(By::Velocity));
-                (term.parameter, shows)
+                (term.parameter, is_there && shows)
             });
             Self {
                 kind,

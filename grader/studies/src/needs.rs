@@ -165,8 +165,9 @@ pub fn general(scene: &Scene) -> Scene {
             continue;
         }
         let parameters = schema.parameters.iter().map(|parameter| {
-            // For example a rest length, which must be positive.
-            if parameter.domain.contains(0.0) { 0.0 } else { parameter.typical.0 }
+            // A rest length must be positive, and the corners of a triangle apart.
+            let is_zero = parameter.domain.contains(0.0) && parameter.coordinate.is_none();
+            if is_zero { 0.0 } else { parameter.typical.0 }
         });
         let element = ForceElement::new(schema, &particles, None, parameters.collect());
         if (scene.integrator.refuses)(&element).is_none() {

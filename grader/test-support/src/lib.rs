@@ -21,8 +21,16 @@ pub fn root() -> &'static Path {
 
 /// The folder of the course's scenes and traces, which are not part of the repository.
 pub fn course() -> PathBuf {
-    let beside = root().join("../shared/fosssim");
-    std::env::var_os("SPRING_ORACLE_FOSSSIM").map_or(beside, PathBuf::from)
+    beside("SPRING_ORACLE_FOSSSIM", "../shared/fosssim")
+}
+
+/// The same of its scenes of elastic bodies.
+pub fn course_on_elastic_bodies() -> PathBuf {
+    beside("SPRING_ORACLE_ELASTIC", "../shared/elastic")
+}
+
+fn beside(variable: &str, path: &str) -> PathBuf {
+    std::env::var_os(variable).map_or(root().join(path), PathBuf::from)
 }
 
 /// A scene of one free particle and six states.

@@ -25,7 +25,8 @@ use smallvec::{SmallVec, smallvec};
 
 use error::{Problem, SceneError};
 use schema::{
-    Dependence, ForceSchema, IntegratorOptions, IntegratorSchema, PartSchema, Potential, Vocabulary,
+    Coordinate, Dependence, ForceSchema, IntegratorOptions, IntegratorSchema, PartSchema,
+    Potential, Vocabulary,
 };
 
 /// The most steps a scene may ask for.
@@ -222,6 +223,27 @@ impl ForceElement {
         let is_field = self.schema.stencil.is_field();
         let each = (0..if is_field { n_particles } else { 0 }).map(|each| smallvec![each]);
         (!is_field).then(|| self.particles.clone()).into_iter().chain(each)
+    }
+
+    /// The length of the path through its particles, in their order.
+    pub fn path_length(&self, particles: &[Particle]) -> f64 {
+        let length = |pair: &[usize]| {
+            let [a, b] = [pair[0], pair[1]].map(|number| particles[number].position);
+            (0..3).map(|axis| (b[axis] - a[axis]).powi(2)).sum::<f64>().sqrt()
+        };
+        self.particles.windows(2).map(length).sum()
+    }
+
+    /// Its particles' places in the undeformed element; none if the force has no such parameters.
+    pub fn undeformed(&self) -> SmallVec<[[f64; 3]; 3]> {
+        let mut places: SmallVec<[[f64; 3]; 3]> = SmallVec::new();
+        for (parameter, value) in self.schema.parameters.iter().zip(&self.parameters) {
+            if let Some(Coordinate { particle, axis }) = parameter.coordinate {
+                places.resize(places.len().max(particle + 1), [0.0; 3]);
+                places[particle][axis] = *value;
+            }
+        }
+        places
     }
 
     /// The parameter `name`.

@@ -1,8 +1,11 @@
 //! Validation shared by all scene formats.
 
-use super::ForceElement;
 use super::error::{Problem, SceneError};
-use super::schema::{IntegratorOptions, IntegratorSchema, OptionError};
+use super::schema::{Initial, IntegratorOptions, IntegratorSchema, OptionError};
+use super::{ForceElement, Particle};
+
+/// The sine of an angle below which three places are on one line: a few rounding errors.
+const FLAT: f64 = 4.0 * f64::EPSILON;
 
 /// Sets options of the integrator from text.
 pub(super) fn set_options(
@@ -46,4 +49,34 @@ pub(super) fn refuse_force(
             Err(SceneError::new(file, force.location, problem))
         }
     }
+}
+
+/// An error where the element has no size while it is not deformed.
+pub(super) fn refuse_undeformed(
+    file: &str,
+    force: &ForceElement,
+    particles: &[Particle],
+) -> Result<(), SceneError> {
+    let tag = force.schema.tag;
+    let is_line = force.schema.initial == Initial::PathLength;
+    let problem = if is_line && force.path_length(particles) == 0.0 {
+        Problem::NoLength { tag }
+    } else if is_flat(&force.undeformed()) {
+        Problem::FlatElement { tag }
+    } else {
+        return Ok(());
+    };
+    Err(SceneError::new(file, force.location, problem))
+}
+
+/// Whether these three places are on one line.
+fn is_flat(places: &[[f64; 3]]) -> bool {
+    let &[a, b, c] = places else { return false };
+    let [u, v] = [b, c].map(|end| [0, 1, 2].map(|axis| end[axis] - a[axis]));
+    let cross = [0, 1, 2].map(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        u[next] * v[last] - u[last] * v[next]
+    });
+    let norm = |vector: [f64; 3]| vector.iter().map(|value| value * value).sum::<f64>().sqrt();
+    norm(cross) <= FLAT * norm(u) * norm(v)
 }

@@ -49,6 +49,10 @@ pub struct ForceSchema {
     pub parts: &'static [PartSchema],
     /// How it depends on masses.
     pub masses: Masses,
+    /// How it depends on initial positions, besides [coordinates](ParameterSchema::coordinate) that a file leaves out.
+    pub initial: Initial,
+    /// Attributes that a document mentions, and that have no effect.
+    pub ignored: &'static [&'static str],
     /// Conserved quantities.
     pub conserves: Conserves,
     /// An element as it would stand in a file.
@@ -223,6 +227,17 @@ pub enum Masses {
     Product,
 }
 
+/// How a force depends on the initial positions of the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Initial {
+    /// Not at all.
+    None,
+    /// In inverse proportion to the initial length of the path through the particles of its stencil, in their order.
+    PathLength,
+    /// Through the diagonal of the box around all particles of the scene.
+    BoxDiagonal,
+}
+
 /// Derivatives and energy of a force in Markdown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Derivatives {
@@ -301,8 +316,11 @@ pub struct ParameterSchema {
     pub meaning: &'static str,
     /// The accepted values.
     pub domain: Domain,
-    /// Its value if the attribute is missing; `None` if the attribute is required.
+    /// Its value if the attribute is missing; `None` if the attribute is required, or a [coordinate](Self::coordinate).
     pub default: Option<f64>,
+    /// The coordinate that it is, of a particle's place in the undeformed element. If the attribute is missing, it is that of
+    /// the particle's initial position.
+    pub coordinate: Option<Coordinate>,
     /// Whether it belongs to three dimensions only.
     pub three_dimensional: bool,
     /// Whether it is a length, which is compared with distances of particles.
@@ -327,6 +345,7 @@ impl ParameterSchema {
             meaning,
             domain: Domain::Finite,
             default: None,
+            coordinate: None,
             three_dimensional: false,
             is_length: false,
             typical,
@@ -352,6 +371,24 @@ impl ParameterSchema {
         self
     }
 
+    /// The same, a coordinate of a particle in the undeformed element; z in scenes of three dimensions only.
+    pub const fn coordinate_of(mut self, particle: usize, axis: usize) -> Self {
+        self.coordinate = Some(Coordinate { particle, axis });
+        self.three_dimensional = axis == 2;
+        self
+    }
+
+    /// The same, any finite number but 1 and −1.
+    pub const fn except_unit(mut self) -> Self {
+        self.domain = Domain::ExceptUnit;
+        self
+    }
+
+    /// Whether a file has to give it.
+    pub const fn is_required(&self) -> bool {
+        self.default.is_none() && self.coordinate.is_none()
+    }
+
     /// The same, a length.
     pub const fn length(mut self) -> Self {
         self.is_length = true;
@@ -365,6 +402,15 @@ impl ParameterSchema {
     }
 }
 
+/// A coordinate of a particle of a stencil.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Coordinate {
+    /// The particle's place in the stencil.
+    pub particle: usize,
+    /// 0, 1 or 2 for x, y or z.
+    pub axis: usize,
+}
+
 /// The numbers that an attribute accepts. All of them are finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Domain {
@@ -376,6 +422,8 @@ pub enum Domain {
     Positive,
     /// From 0 to 1.
     UnitInterval,
+    /// Any but 1 and −1.
+    ExceptUnit,
 }
 
 impl Domain {
@@ -387,6 +435,7 @@ impl Domain {
                 Self::NonNegative => value >= 0.0,
                 Self::Positive => value > 0.0,
                 Self::UnitInterval => (0.0..=1.0).contains(&value),
+                Self::ExceptUnit => value.abs() != 1.0,
             }
     }
 
@@ -397,6 +446,7 @@ impl Domain {
             Self::NonNegative => "a finite number, 0 or more",
             Self::Positive => "a finite number above 0",
             Self::UnitInterval => "between 0 and 1",
+            Self::ExceptUnit => "a finite number other than 1 and -1",
         }
     }
 }

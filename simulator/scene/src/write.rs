@@ -12,7 +12,7 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::schema::{OptionSchema, OptionValue, Stencil};
+use super::schema::{Coordinate, OptionSchema, OptionValue, Stencil};
 use super::{
     Color, Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Rendering, Scene,
 };
@@ -104,7 +104,7 @@ pub fn write(scene: &Scene, output: impl Write) -> Result<(), WriteError> {
         lines.element("edge", |line| line.edge(edge))?;
     }
     for (number, force) in forces.iter().enumerate() {
-        lines.element(force.schema.tag, |line| line.force(number, force, *dimension))?;
+        lines.element(force.schema.tag, |line| line.force(number, force, scene))?;
     }
     lines.colors(rendering)?;
     lines.output.write_all(b"</scene>\n")?;
@@ -222,7 +222,7 @@ impl<W: Write> Lines<W> {
         &mut self,
         number: usize,
         force: &ForceElement,
-        dimension: Dimension,
+        scene: &Scene,
     ) -> Result<(), WriteError> {
         let tag = self.tag;
         let no = |missing| WriteError::NoTarget { tag, force: number, missing };
@@ -239,8 +239,11 @@ impl<W: Write> Lines<W> {
             Stencil::Edge => self.index("edge", force.edge.ok_or_else(|| no("edge"))?),
         }
         for (parameter, value) in force.schema.parameters.iter().zip(&force.parameters) {
-            if dimension == Dimension::Three || !parameter.three_dimensional {
-                self.number_unless(parameter.name, *value, parameter.default)?;
+            if scene.dimension == Dimension::Three || !parameter.three_dimensional {
+                let initial = parameter.coordinate.map(|Coordinate { particle, axis }| {
+                    scene.particles[force.particles[particle]].position[axis]
+                });
+                self.number_unless(parameter.name, *value, parameter.default.or(initial))?;
             }
         }
         Ok(())

@@ -9,7 +9,7 @@
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use scene::Scene;
-use scene::schema::{Conserves, Derivatives, ForceSchema, Masses, Stencil};
+use scene::schema::{Conserves, Derivatives, ForceSchema, Initial, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -26,6 +26,8 @@ pub(super) static KIND: ForceKind = ForceKind {
         ),
         parts: &PARTS,
         masses: Masses::None,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::Nothing,
         example: r#"<constantforce fx="0.5" fy="-1"/>"#,
     },

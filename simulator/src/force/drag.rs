@@ -15,7 +15,7 @@ use super::{
 use super::{add_to, vector_of};
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
 
@@ -35,6 +35,8 @@ pub(super) static KIND: ForceKind = ForceKind {
         ],
         parts: &[PartSchema::whole(&["b"], &[], Dependence::VELOCITY, Potential::Dissipation)],
         masses: Masses::None,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::Nothing,
         example: r#"<dragdamping b="0.5"/>"#,
     },

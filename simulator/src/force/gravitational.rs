@@ -14,7 +14,7 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
 
@@ -37,6 +37,8 @@ pub(super) static KIND: ForceKind = ForceKind {
         )],
         parts: &[PartSchema::whole(&["G"], &[], Dependence::POSITION, Potential::Energy)],
         masses: Masses::Product,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::AngularMomentum,
         example: r#"<gravitationalforce i="0" j="1" G="0.000118419"/>"#,
     },

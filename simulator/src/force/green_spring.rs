@@ -15,7 +15,7 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
 
@@ -39,6 +39,8 @@ pub(super) static KIND: ForceKind = ForceKind {
         ],
         parts: &[PartSchema::whole(&["k"], &["l0"], Dependence::POSITION, Potential::Energy)],
         masses: Masses::None,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::AngularMomentum,
         example: r#"<greenspringforce edge="0" k="100" l0="1"/>"#,
     },

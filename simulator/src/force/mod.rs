@@ -40,6 +40,9 @@ mod uniform;
 
 mod constant;
 mod drag;
+mod elastic_bending;
+mod elastic_spring;
+mod elastic_triangle;
 mod gravitational;
 mod green_spring;
 mod scripted_spring;
@@ -65,6 +68,9 @@ pub static REGISTRY: &[&ForceKind] = &[
     &green_spring::KIND,
     &wind::KIND,
     &scripted_spring::KIND,
+    &elastic_spring::KIND,
+    &elastic_bending::KIND,
+    &elastic_triangle::KIND,
 ];
 
 /// A force as the registry knows it: how a scene mentions it, and how it is built.

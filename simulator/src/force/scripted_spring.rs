@@ -14,7 +14,7 @@ use super::pair::PairForce;
 use super::spring::Spring;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
 use scene::{ForceElement, Scene};
@@ -48,6 +48,8 @@ pub(super) static KIND: ForceKind = ForceKind {
             Potential::Energy,
         )],
         masses: Masses::None,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::AngularMomentum,
         example: r#"<scriptedspringforce edge="0" k="100" l0="1" l1="2" t1="5"/>"#,
     },

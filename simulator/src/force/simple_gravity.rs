@@ -10,7 +10,7 @@
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
 use scene::Scene;
-use scene::schema::{Conserves, Derivatives, ForceSchema, Masses, Stencil};
+use scene::schema::{Conserves, Derivatives, ForceSchema, Initial, Masses, Stencil};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -29,6 +29,8 @@ pub(super) static KIND: ForceKind = ForceKind {
         ),
         parts: &PARTS,
         masses: Masses::Own,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::Nothing,
         example: r#"<simplegravity fx="0" fy="-9.81"/>"#,
     },

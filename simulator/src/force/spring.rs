@@ -22,7 +22,7 @@ use super::pair::PairForce;
 use super::reciprocal::reciprocal;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
 use scene::{ForceElement, Scene};
@@ -70,6 +70,8 @@ pub(super) static KIND: ForceKind = ForceKind {
             },
         ],
         masses: Masses::None,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::AngularMomentum,
         example: r#"<springforce edge="0" k="100" l0="1" b="0.5"/>"#,
     },

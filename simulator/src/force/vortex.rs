@@ -19,7 +19,7 @@ use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
 
@@ -71,6 +71,8 @@ pub(super) static KIND: ForceKind = ForceKind {
             },
         ],
         masses: Masses::None,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::Momentum,
         example: r#"<vortexforce i="0" j="1" kbs="0.8" kvc="1000"/>"#,
     },

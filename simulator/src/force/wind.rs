@@ -23,7 +23,7 @@ use super::{
 };
 use super::{Vector, add_to};
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
 use scene::{Particles, Scene};
@@ -52,6 +52,8 @@ pub(super) static KIND: ForceKind = ForceKind {
             derives_from: Potential::Neither,
         }],
         masses: Masses::None,
+        initial: Initial::BoxDiagonal,
+        ignored: &[],
         conserves: Conserves::Nothing,
         example: r#"<windforce strength="1"/>"#,
     },

@@ -307,6 +307,6 @@ fn unmeasurable_required_jacobians_fail() {
 fn an_unknown_assignment_is_an_error_that_names_the_others() {
     let Run { code, stderr: message, .. } = folder::grade(root(), &["--assignment", "t1m4"]);
     assert_eq!(code, 2);
-    let known = "all, elastodynamics, fast-mass-spring, higher-order, t1m1, t1m2, t1m3";
+    let known = "all, elastodynamics, fast-mass-spring, higher-order, t1m1, t1m2, t1m3, t4m1";
     assert!(message.contains("no assignment \"t1m4\"") && message.contains(known), "{message}");
 }

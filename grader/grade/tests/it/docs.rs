@@ -268,10 +268,14 @@ fn attributes(schema: &ForceSchema) -> String {
     let mut optional = String::new();
     for parameter in schema.parameters {
         match parameter.default {
-            None => required.push(parameter.name),
+            None if parameter.is_required() => required.push(parameter.name),
+            None => optional += &format!(" `{}`", parameter.name),
             Some(_) if parameter.three_dimensional => optional += &format!(" `{}`", parameter.name),
             Some(default) => optional += &format!(" `{}` ({default})", parameter.name),
         }
+    }
+    if schema.parameters.iter().any(|parameter| parameter.coordinate.is_some()) {
+        optional += " (those of the initial positions)";
     }
     let required =
         if required.is_empty() { String::new() } else { format!("`{}`", required.join(" ")) };

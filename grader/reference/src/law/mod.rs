@@ -77,7 +77,16 @@ impl Law {
         (plain, dual): (StencilLaw<f64>, StencilLaw<Dual64>),
         scale: StencilScale,
     ) -> Self {
-        Self { tag, parameters, symmetry, form: Form::Stencil { size, plain, dual, scale } }
+        let form = Form::Stencil { size, plain, dual, scale, smooth: None };
+        Self { tag, parameters, symmetry, form }
+    }
+
+    /// The same, smooth only within this length of the particles' places.
+    pub const fn smooth_within(mut self, length: fn(&[At<'_, f64>]) -> f64) -> Self {
+        if let Form::Stencil { smooth, .. } = &mut self.form {
+            *smooth = Some(length);
+        }
+        self
     }
 
     /// Whether it is the force on each particle by itself.
@@ -141,7 +150,14 @@ enum Form {
         at: fn(&[f64], f64) -> Parameters,
     },
     /// The forces on the particles of an element.
-    Stencil { size: usize, plain: StencilLaw<f64>, dual: StencilLaw<Dual64>, scale: StencilScale },
+    Stencil {
+        size: usize,
+        plain: StencilLaw<f64>,
+        dual: StencilLaw<Dual64>,
+        scale: StencilScale,
+        /// The length within which it is smooth, if that is shorter than the distances of the particles.
+        smooth: Option<fn(&[At<'_, f64>]) -> f64>,
+    },
     /// The force on each particle by itself.
     Field { plain: FieldLaw<f64>, dual: FieldLaw<Dual64>, scale: fn(&[f64], &At<'_, f64>) -> Scale },
 }
@@ -212,6 +228,10 @@ pub struct At<'a, T> {
     pub velocity: Vector<T>,
     /// The time.
     pub time: f64,
+    /// Its initial position.
+    pub start: [f64; 3],
+    /// 2 in the plane, 3 in space.
+    pub dimension: usize,
     /// The initial positions of all particles.
     starts: &'a [[f64; 3]],
 }
@@ -219,7 +239,8 @@ pub struct At<'a, T> {
 impl<'a> At<'a, f64> {
     fn dual(&self) -> At<'a, Dual64> {
         let [position, velocity] = [self.position, self.velocity].map(|of| of.map(Dual64::from));
-        At { mass: self.mass, position, velocity, time: self.time, starts: self.starts }
+        let At { mass, time, start, dimension, starts, .. } = *self;
+        At { mass, position, velocity, time, start, dimension, starts }
     }
 }
 
@@ -401,8 +422,8 @@ impl<'a> Expectation<'a> {
         scales
     }
 
-    /// The length within which the law is smooth: the shortest distance between two particles of an element, or a fifth of
-    /// the box over which a field varies with the position.
+    /// The length within which the law is smooth: the shortest distance between two particles of an element or what the law
+    /// says, or a fifth of the box over which a field varies with the position.
     pub fn shortest(&self, x: &[f64]) -> Option<f64> {
         if self.law.is_field() {
             let varies = self.scene.forces.iter().any(|force| force.schema.depends_on().position);
@@ -416,7 +437,12 @@ impl<'a> Expectation<'a> {
                 .flat_map(|(place, i)| particles[place + 1..].iter().map(move |j| (i, j)));
             pairs.map(|(i, j)| norm(&difference(&position(i), &position(j))))
         });
-        lengths.reduce(f64::min)
+        let Form::Stencil { smooth: Some(smooth), .. } = self.law.form else {
+            return lengths.reduce(f64::min);
+        };
+        let rest = vec![0.0; x.len()];
+        let within = self.stencils.iter().map(|of| smooth(&self.all_at(of, x, &rest, 0.0)));
+        lengths.chain(within).reduce(f64::min)
     }
 
     /// Whether the law couples these particles, or both are the same.
@@ -437,6 +463,8 @@ impl<'a> Expectation<'a> {
             position: vector(x, self.dimension(), *particle),
             velocity: vector(v, self.dimension(), *particle),
             time,
+            start: self.starts[*particle],
+            dimension: self.dimension(),
             starts: &self.starts,
         };
         stencil.particles.iter().map(at).collect()

@@ -8,6 +8,7 @@
 //! green spring  f = −2 k (l²/l0² − 1) d            lecture on optimisation time integration
 //! scripted      a spring of rest length            milestone 2, section 3.1, which leaves the script open
 //!               l0 + (l1 − l0) min(t/t1, 1)
+//! elastic       a spring of stiffness alpha/l0     Theme 4, milestone 1
 //! ```
 
 use scene::Parameters;
@@ -16,7 +17,7 @@ use super::{Form, Law, Number, Scale, Symmetry, Vector, dot, named};
 
 /// The laws of this file.
 pub(super) static LAWS: &[&Law] =
-    &[&SPRING, &GRAVITATION, &VORTEX, &GREEN_SPRING, &SCRIPTED_SPRING];
+    &[&SPRING, &GRAVITATION, &VORTEX, &GREEN_SPRING, &SCRIPTED_SPRING, &ELASTIC];
 
 static SPRING: Law = Law {
     tag: "springforce",
@@ -134,4 +135,17 @@ fn scripted_spring(p: &[f64], time: f64) -> Parameters {
     let [k, l0, l1, t1] = named(p);
     let share = (time / t1).min(1.0);
     [k, (1.0 - share) * l0 + share * l1, 0.0].as_slice().into()
+}
+
+static ELASTIC: Law = Law {
+    tag: "elasticbodyspringforce",
+    parameters: &["alpha", "l0"],
+    symmetry: Symmetry::Isotropic,
+    form: Form::Pair { plain: spring, dual: spring, scale: spring_scale, at: elastic_spring },
+};
+
+/// The parameters of a spring without damping.
+fn elastic_spring(p: &[f64], _: f64) -> Parameters {
+    let [alpha, l0] = named(p);
+    [alpha / l0, l0, 0.0].as_slice().into()
 }

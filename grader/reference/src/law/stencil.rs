@@ -1,13 +1,24 @@
-//! Laws of forces on elements of any number of particles. No registered force has one.
+//! Laws of forces on elements of any number of particles.
 //!
-//! A law with an energy `U(x)` is stated by it ([`forces_of`]): dual numbers of dual numbers give its Jacobians.
+//! ```text
+//! bending    U = α/(2 (|ē1| + |ē2|)) (θ − θ0)²                                 Theme 4, milestone 1
+//!            tan θ = (e1 × e2)/(e1·e2);  in space |e1 × e2|/(e1·e2)
+//! triangle   U = E Ā/(2 (1 − ν²)) (ν (tr ε)² + (1 − ν) tr ε²)                  the same
+//!            ε = ∇Φᵀ∇Φ − I:  eᵀ ε ē' = e·e' − ē·ē' for edges e, e' and the undeformed ē, ē'
+//! ```
+//!
+//! A law with an energy `U(x)` is stated by it ([`forces_of`]): dual numbers of dual numbers give its Jacobians. The triangle is
+//! stated by inner products of edges: no formula of the hand-out for the strain is repeated. With `D` the undeformed
+//! products `ē_a·ē_b` and `C` those of the state, `tr ε = tr(D⁻¹C) − 2` and `tr ε² = tr((D⁻¹C − I)²)`.
 
-use num_dual::Dual;
+use std::f64::consts::PI;
 
-use super::{At, Law, Number, Vector};
+use num_dual::{Dual, DualNum};
+
+use super::{At, Law, Number, Scale, Symmetry, Vector, difference, dot, named, norm};
 
 /// The laws of this file.
-pub(super) static LAWS: &[&Law] = &[];
+pub(super) static LAWS: &[&Law] = &[&ELASTIC_BENDING, &TRIANGLE];
 
 /// The forces of an energy on its particles, `f_a = −∂U/∂x_a`.
 pub fn forces_of<T: Number>(
@@ -22,4 +33,159 @@ pub fn forces_of<T: Number>(
         -energy(&moved).eps
     };
     (0..at.len()).map(|particle| std::array::from_fn(|axis| along(particle, axis))).collect()
+}
+
+static ELASTIC_BENDING: Law = Law::of_stencil(
+    "elasticbodybendingforce",
+    &["alpha", "theta0"],
+    Symmetry::Isotropic,
+    3,
+    (elastic_bending, elastic_bending),
+    elastic_bending_scale,
+)
+.smooth_within(elastic_bending_smooth);
+
+fn elastic_bending<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    let [alpha, theta0] = named(p);
+    let stiffness = alpha / path(at);
+    let in_plane = at.iter().all(|at| at.dimension == 2);
+    forces_of(at, |x| {
+        let (first, second) = (difference(&x[1], &x[0]), difference(&x[2], &x[1]));
+        let normal = cross(&first, &second);
+        let sine = if in_plane { normal[2] } else { dot(normal, normal).sqrt() };
+        let change = angle(sine, dot(first, second)) - theta0;
+        change * change * (0.5 * stiffness)
+    })
+}
+
+/// `atan2(y, x)`. That of dual numbers divides by `x`, which is 0 at a right angle.
+fn angle<T: Number>(y: T, x: T) -> T {
+    let half_turn = PI.copysign(y.re());
+    if y.re().abs() > x.re().abs() {
+        -(x / y).atan() + 0.5 * half_turn
+    } else if x.re() >= 0.0 {
+        (y / x).atan()
+    } else {
+        (y / x).atan() + half_turn
+    }
+}
+
+/// The length of the path through the initial positions.
+fn path<T>(at: &[At<'_, T>]) -> f64 {
+    at.windows(2).map(|pair| norm(&difference(&pair[1].start, &pair[0].start))).sum()
+}
+
+fn cross<T: Number>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
+    std::array::from_fn(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        a[next] * b[last] - a[last] * b[next]
+    })
+}
+
+fn elastic_bending_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
+    let [alpha, theta0] = named(p);
+    let bar = |end: usize| difference(&at[end].position, &at[1].position);
+    let (first, second) = (bar(0), bar(2));
+    let shortest = norm(&first).min(norm(&second));
+    // In space, the plane of the bars is known less well the more they are in line.
+    let sine = norm(&cross(&first, &second)) / (norm(&first) * norm(&second));
+    let flatness = if at[0].dimension == 3 { 1.0 + 1.0 / sine } else { 1.0 };
+    let (stiffness, angle) = (alpha / path(at), theta0.abs() + PI);
+    let force = 2.0 * stiffness * angle * flatness / shortest;
+    Scale {
+        energy: stiffness * angle * angle * flatness,
+        force,
+        by_position: 4.0 * force * flatness / shortest,
+        by_velocity: 0.0,
+    }
+}
+
+/// The way to the fold, where the angle jumps; in space, to any place where the bars are in line.
+fn elastic_bending_smooth(at: &[At<'_, f64>]) -> f64 {
+    let (first, second) = (
+        difference(&at[1].position, &at[0].position),
+        difference(&at[2].position, &at[1].position),
+    );
+    let way = norm(&cross(&first, &second)) / norm(&first).max(norm(&second));
+    if at[0].dimension == 2 && dot(first, second) > 0.0 { norm(&first) } else { way }
+}
+
+static TRIANGLE: Law = Law::of_stencil(
+    "elasticbodycstforce",
+    &[
+        "youngsmodulus",
+        "poissonratio",
+        "xb1x",
+        "xb1y",
+        "xb1z",
+        "xb2x",
+        "xb2y",
+        "xb2z",
+        "xb3x",
+        "xb3y",
+        "xb3z",
+    ],
+    Symmetry::Isotropic,
+    3,
+    (triangle, triangle),
+    triangle_scale,
+);
+
+/// The undeformed element.
+struct Undeformed {
+    /// `E Ā/(1 − ν²)`.
+    stiffness: f64,
+    nu: f64,
+    /// `D⁻¹`, of the products of the edges from the first corner.
+    inverse: [[f64; 2]; 2],
+}
+
+fn undeformed(p: &[f64], dimension: usize) -> Undeformed {
+    let [modulus, nu] = named(p);
+    let mut corners: [Vector<f64>; 3] = std::array::from_fn(|corner| named(&p[2 + 3 * corner..]));
+    if dimension == 2 {
+        corners.iter_mut().for_each(|corner| corner[2] = 0.0);
+    }
+    let [u, v] = [1, 2].map(|corner| difference(&corners[corner], &corners[0]));
+    let [uu, uv, vv] = [dot(u, u), dot(u, v), dot(v, v)];
+    let normal = cross(&u, &v);
+    let squared = dot(normal, normal);
+    Undeformed {
+        stiffness: 0.5 * modulus * squared.sqrt() / (1.0 - nu * nu),
+        nu,
+        inverse: [[vv / squared, -uv / squared], [-uv / squared, uu / squared]],
+    }
+}
+
+fn triangle<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    let Undeformed { stiffness, nu, inverse: [first, second] } = undeformed(p, at[0].dimension);
+    forces_of(at, |x| {
+        let (u, v) = (difference(&x[1], &x[0]), difference(&x[2], &x[0]));
+        let [uu, uv, vv] = [dot(u, u), dot(u, v), dot(v, v)];
+        let strain = [
+            [uu * first[0] + uv * first[1] - 1.0, uv * first[0] + vv * first[1]],
+            [uu * second[0] + uv * second[1], uv * second[0] + vv * second[1] - 1.0],
+        ];
+        let trace = strain[0][0] + strain[1][1];
+        let squared = strain[0][0] * strain[0][0]
+            + strain[0][1] * strain[1][0] * 2.0
+            + strain[1][1] * strain[1][1];
+        (trace * trace * nu + squared * (1.0 - nu)) * (0.5 * stiffness)
+    })
+}
+
+fn triangle_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
+    let Undeformed { stiffness, nu, inverse } = undeformed(p, at[0].dimension);
+    // The square of the largest stretch per squared length.
+    let weight = 2.0 * inverse[0][0].max(inverse[1][1]);
+    let edge = |corner: usize| norm(&difference(&at[corner].position, &at[0].position));
+    let length = edge(1).max(edge(2));
+    let strain = 1.0 + weight * length * length;
+    let stiffness = stiffness.abs() * (1.0 + nu.abs());
+    Scale {
+        energy: 2.0 * stiffness * strain * strain,
+        force: 4.0 * stiffness * strain * weight * length,
+        by_position: 12.0 * stiffness * strain * weight,
+        by_velocity: 0.0,
+    }
 }

@@ -68,7 +68,7 @@ impl Place<PairForce> {
     }
 
     /// Mistakes possible in any pair force, and these.
-    fn with(&self, mistakes: impl IntoIterator<Item = Mistake>) -> Vec<Mistake> {
+    pub(super) fn with(&self, mistakes: impl IntoIterator<Item = Mistake>) -> Vec<Mistake> {
         let usual = [
             self.share("missing", |_| [Vec2::zeros(); 2]),
             self.share("wrong sign", |f| [-f, f]),

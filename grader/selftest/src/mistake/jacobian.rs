@@ -40,7 +40,7 @@ impl Place<Jacobian> {
     }
 
     /// Mistakes possible in any Jacobian of a pair force, and these.
-    fn with(&self, mistakes: impl IntoIterator<Item = Mistake>) -> Vec<Mistake> {
+    pub(super) fn with(&self, mistakes: impl IntoIterator<Item = Mistake>) -> Vec<Mistake> {
         let usual = [
             self.spread("missing", |_| [[Mat2::zeros(); 2]; 2]),
             self.spread("wrong sign", |k| four_blocks(-k)),

@@ -11,6 +11,7 @@
 //! - with fast mass-spring, both signs of the incidence matrix swapped: `AᵀA` and `Aᵀd` are the same.
 
 mod derived;
+mod elastic;
 mod fast_mass_spring;
 mod fixed;
 mod force;
@@ -242,7 +243,9 @@ pub fn foreign() -> Vec<Mistake> {
 pub fn all() -> Vec<Mistake> {
     let [mut forces, mut jacobians, mut integrators] =
         [force::mistakes(), jacobian::mistakes(), integrator::mistakes()];
+    forces.extend(elastic::in_forces());
     forces.extend(derived::in_forces());
+    jacobians.extend(elastic::in_jacobians());
     jacobians.extend(derived::in_jacobians());
     integrators.extend(derived::in_integrators());
     integrators.extend(projected_newton::mistakes());

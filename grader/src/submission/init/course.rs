@@ -12,7 +12,9 @@
 
 use std::fmt::Write;
 
-use scene::schema::{ForceSchema, IntegratorSchema, Matrix, Stencil};
+use scene::schema::{
+    Coordinate, ForceSchema, Initial, IntegratorSchema, Matrix, ParameterSchema, Stencil,
+};
 use simulator::vocabulary;
 
 use super::{Language, tag};
@@ -172,12 +174,19 @@ impl Course {
                     stencil.attributes().iter().map(end).collect()
                 }
             };
-            let number = |(name, default): (&str, Option<f64>)| match default {
-                Some(default) => format!("element.number(\"{name}\", {default:?})"),
-                None => format!("element.number(\"{name}\")"),
+            let number = |(name, source): (&str, Source)| match source {
+                Source::Required => format!("element.number(\"{name}\")"),
+                Source::Default(default) => format!("element.number(\"{name}\", {default:?})"),
+                Source::Initial(Coordinate { particle, axis }) => {
+                    format!(
+                        "element.number(\"{name}\", scene.getX()[2 * {} + {axis}])",
+                        ends[particle]
+                    )
+                }
+                Source::PathLength => format!("pathLength(scene.getX(), {{{}}})", ends.join(", ")),
             };
-            let numbers = parameters(schema).map(number);
-            let arguments: Vec<String> = ends.into_iter().chain(numbers).collect();
+            let numbers = arguments(schema).into_iter().map(number);
+            let arguments: Vec<String> = ends.iter().cloned().chain(numbers).collect();
             let (class, arguments) = (force_class(schema), arguments.join(", "));
             let _ = writeln!(forces, "        if (element.name == \"{}\") {{", schema.tag);
             if schema.stencil == Stencil::Edge {
@@ -220,12 +229,16 @@ impl Course {
                     stencil.attributes().iter().map(end).collect()
                 }
             };
-            let number = |(name, default): (&str, Option<f64>)| match default {
-                Some(default) => format!("number(\"{name}\", {default:?})"),
-                None => format!("number(\"{name}\")"),
+            let number = |(name, source): (&str, Source)| match source {
+                Source::Required => format!("number(\"{name}\")"),
+                Source::Default(default) => format!("number(\"{name}\", {default:?})"),
+                Source::Initial(Coordinate { particle, axis }) => {
+                    format!("number(\"{name}\", scene.x[2 * {} + {axis}])", ends[particle])
+                }
+                Source::PathLength => format!("path_length(scene, [{}])", ends.join(", ")),
             };
-            let numbers = parameters(schema).map(number);
-            let arguments: Vec<String> = ends.into_iter().chain(numbers).collect();
+            let numbers = arguments(schema).into_iter().map(number);
+            let arguments: Vec<String> = ends.iter().cloned().chain(numbers).collect();
             let _ = writeln!(
                 forces,
                 "        if element.tag == \"{}\":\n            scene.forces.append({}({}))",
@@ -372,10 +385,30 @@ fn python_step(step: &Step) -> String {
     )
 }
 
-/// The parameters of a force in two dimensions, with their defaults.
-fn parameters(schema: &ForceSchema) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+/// The source of a number that a force is made with.
+#[derive(Clone, Copy)]
+enum Source {
+    /// An attribute.
+    Required,
+    /// An attribute with a default.
+    Default(f64),
+    /// An attribute, or an initial position.
+    Initial(Coordinate),
+    /// The initial positions of its particles.
+    PathLength,
+}
+
+/// The numbers that a force is made with in two dimensions, by name.
+fn arguments(schema: &ForceSchema) -> Vec<(&'static str, Source)> {
     let parameters = schema.parameters.iter().filter(|parameter| !parameter.three_dimensional);
-    parameters.map(|parameter| (parameter.name, parameter.default))
+    let source = |parameter: &ParameterSchema| match (parameter.default, parameter.coordinate) {
+        (Some(default), _) => Source::Default(default),
+        (None, Some(coordinate)) => Source::Initial(coordinate),
+        (None, None) => Source::Required,
+    };
+    let length = ("length", Source::PathLength);
+    let length = (schema.initial == Initial::PathLength).then_some(length);
+    parameters.map(|parameter| (parameter.name, source(parameter))).chain(length).collect()
 }
 
 /// The members of a force: type and name.
@@ -385,7 +418,7 @@ fn names(schema: &ForceSchema) -> impl Iterator<Item = (&'static str, &'static s
         stencil => stencil.attributes(),
     };
     let ends = ends.iter().map(|end| ("int", *end));
-    ends.chain(parameters(schema).map(|(name, _)| ("scalar", name)))
+    ends.chain(arguments(schema).into_iter().map(|(name, _)| ("scalar", name)))
 }
 
 /// The course's name of a force's class. A tag shows no word boundaries but that before "force".
@@ -394,6 +427,9 @@ fn force_class(schema: &ForceSchema) -> String {
         "simplegravity" => "simple-gravity",
         "dragdamping" => "drag-damping",
         "greenspringforce" => "green-spring",
+        "elasticbodyspringforce" => "elastic-body-spring",
+        "elasticbodybendingforce" => "elastic-body-bending",
+        "elasticbodycstforce" => "elastic-body-CST",
         tag => tag.trim_end_matches("force"),
     };
     camel(words) + "Force"

@@ -118,7 +118,7 @@ fn verdicts(check: &JacobianCheck) -> Vec<(&'static str, Verdict)> {
 #[test]
 fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
     // dF/dx direct and cross, dF/dv direct and cross: whether each is zero by theory.
-    let zero: [(&str, [bool; 4]); 9] = [
+    let zero: [(&str, [bool; 4]); 12] = [
         ("simplegravity", [true; 4]),
         ("constantforce", [true; 4]),
         ("springforce", [false; 4]),
@@ -128,6 +128,9 @@ fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
         ("greenspringforce", [false, false, true, true]),
         ("windforce", [false, true, true, true]),
         ("scriptedspringforce", [false, false, true, true]),
+        ("elasticbodyspringforce", [false, false, true, true]),
+        ("elasticbodybendingforce", [false, false, true, true]),
+        ("elasticbodycstforce", [false, false, true, true]),
     ];
     assert_eq!(originals().len(), 2 * force::REGISTRY.len());
     for check in originals() {

@@ -109,6 +109,12 @@ pub enum Problem {
     NoSuch { tag: String, attribute: String, index: usize, what: &'static str, count: usize },
     #[error("<{tag}> names particle {particle} twice")]
     SameParticle { tag: String, particle: usize },
+    #[error(
+        "the particles of <{tag}> are all in one place at the start, and its stiffness is per initial length"
+    )]
+    NoLength { tag: &'static str },
+    #[error("the undeformed corners of <{tag}> are on one line: it has no area")]
+    FlatElement { tag: &'static str },
     #[error("unknown integrator type {found:?}")]
     UnknownIntegrator { found: String, suggestion: Option<&'static str>, known: String },
     #[error("{integrator} has no option {option:?}")]
@@ -183,6 +189,11 @@ impl Problem {
                 format!("the scene has {count} of them: {what}s 0 to {}", count - 1)
             }
             Self::SameParticle { .. } => "join two different particles".into(),
+            Self::NoLength { .. } => "place its particles apart".into(),
+            Self::FlatElement { .. } => {
+                "give it corners that span a triangle, xb1x to xb3y, or place its particles so"
+                    .into()
+            }
             Self::UnknownIntegrator { suggestion: Some(suggestion), .. } => {
                 format!("did you mean {suggestion:?}?")
             }

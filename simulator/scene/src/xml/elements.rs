@@ -4,7 +4,9 @@ use quick_xml::events::BytesStart;
 use smallvec::SmallVec;
 
 use super::attributes::Element;
-use super::unresolved::{Once, Reference, UnresolvedForce, UnresolvedIntegrator, UnresolvedScene};
+use super::unresolved::{
+    FROM_INITIAL, Once, Reference, UnresolvedForce, UnresolvedIntegrator, UnresolvedScene,
+};
 use super::{ELEMENTS, Parser, UNMODELLED, closest};
 use crate::error::{Problem, SceneError};
 use crate::schema::{Domain, ForceSchema, IntegratorOptions, OptionError};
@@ -186,7 +188,8 @@ impl Parser<'_> {
         for parameter in schema.parameters {
             let given = element.find(parameter.name).is_some();
             self.draft.three_dimensional |= given && parameter.three_dimensional;
-            parameters.push(match parameter.default {
+            let default = parameter.default.or(parameter.coordinate.map(|_| FROM_INITIAL));
+            parameters.push(match default {
                 Some(default) => {
                     self.number_or(element, parameter.name, parameter.domain, default)?
                 }
@@ -194,6 +197,7 @@ impl Parser<'_> {
             });
             known.push(parameter.name);
         }
+        known.extend(schema.ignored);
         let location = self.lines.locate(element.offset);
         self.draft.forces.push(UnresolvedForce { schema, stencil, parameters, location });
         self.check_attributes(element, &known)

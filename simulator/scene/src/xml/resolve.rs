@@ -3,8 +3,8 @@
 use super::unresolved::{Reference, UnresolvedForce, UnresolvedIntegrator};
 use super::{Parser, closest};
 use crate::error::{Problem, SceneError};
-use crate::resolve::{refuse_force, set_options};
-use crate::schema::{IntegratorOptions, IntegratorSchema, Stencil};
+use crate::resolve::{refuse_force, refuse_undeformed, set_options};
+use crate::schema::{Coordinate, IntegratorOptions, IntegratorSchema, Stencil};
 use crate::{
     Dimension, Edge, ForceElement, MAX_STEPS, Parsed, ParticlePath, Particles, Rendering, Scene,
     step_count,
@@ -24,7 +24,7 @@ impl Parser<'_> {
             edges.push(Edge { particles, radius });
         }
         let mut forces = Vec::with_capacity(draft.forces.len());
-        for UnresolvedForce { schema, stencil, parameters, location } in draft.forces {
+        for UnresolvedForce { schema, stencil, mut parameters, location } in draft.forces {
             let (mut particles, mut edge) = (Particles::new(), None);
             for reference in stencil {
                 if schema.stencil == Stencil::Edge {
@@ -34,7 +34,16 @@ impl Parser<'_> {
                     particles.push(self.particle_index(reference, n_particles)?);
                 }
             }
-            forces.push(ForceElement { schema, particles, edge, parameters, location });
+            for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
+                if let Some(Coordinate { particle, axis }) = parameter.coordinate
+                    && value.is_nan()
+                {
+                    *value = draft.particles[particles[particle]].position[axis];
+                }
+            }
+            let force = ForceElement { schema, particles, edge, parameters, location };
+            refuse_undeformed(self.name, &force, &draft.particles)?;
+            forces.push(force);
         }
         let mut rendering = Rendering {
             viewport: draft.viewport.into_value(),

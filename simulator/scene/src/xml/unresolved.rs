@@ -32,10 +32,14 @@ pub(super) struct UnresolvedIntegrator {
     pub(super) options: Option<IntegratorOptions>,
 }
 
+/// A coordinate that the file leaves out. No file holds this number.
+pub(super) const FROM_INITIAL: f64 = f64::NAN;
+
 pub(super) struct UnresolvedForce {
     pub(super) schema: &'static ForceSchema,
     /// References to the particles or the edge of its stencil.
     pub(super) stencil: SmallVec<[Reference; 2]>,
+    /// [`FROM_INITIAL`] where the particle's initial position is to be taken.
     pub(super) parameters: Parameters,
     pub(super) location: Location,
 }

@@ -9,7 +9,7 @@
 
 use scene::Scene;
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Masses, ParameterSchema, PartSchema,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
 use simulator::force::stencil::{Local, LocalJacobians, StencilForce, StencilLaw};
@@ -34,6 +34,8 @@ pub(crate) static BENDING: ForceKind = ForceKind {
             Potential::Energy,
         )],
         masses: Masses::None,
+        initial: Initial::None,
+        ignored: &[],
         conserves: Conserves::AngularMomentum,
         example: r#"<testbendingforce i="0" j="1" k="2" stiffness="2" c0="-1"/>"#,
     },

@@ -114,8 +114,16 @@ fn long_every_mistake_is_caught_in_each_assignment_and_documented() {
     let table = table(mistake::all());
     let catches = assignments::assert_caught(&table);
     let names: Vec<&str> = catches.iter().map(|catch| &*catch.assignment.name).collect();
-    let known =
-        ["all", "elastodynamics", "fast-mass-spring", "higher-order", "t1m1", "t1m2", "t1m3"];
+    let known = [
+        "all",
+        "elastodynamics",
+        "fast-mass-spring",
+        "higher-order",
+        "t1m1",
+        "t1m2",
+        "t1m3",
+        "t4m1",
+    ];
     assert_eq!(names, known);
     let document = table.markdown() + &assignments::markdown(&catches) + &cost::markdown(&table);
     assert_document("mistakes.md", &document, COMMAND);

@@ -77,6 +77,9 @@ pub(crate) fn tag(subject: &str) -> &'static str {
         ("vortex", "vortexforce"),
         ("simple gravity", "simplegravity"),
         ("constant force", "constantforce"),
+        ("elastic bar", "elasticbodyspringforce"),
+        ("bending", "elasticbodybendingforce"),
+        ("triangle", "elasticbodycstforce"),
     ];
     let found = tags.iter().find(|(name, _)| subject.starts_with(name));
     found.unwrap_or_else(|| panic!("{subject} is about no force")).1
@@ -87,8 +90,8 @@ fn probing_finds_the_second_implementation_correct() {
     let probing = probe(&Steps(Student::faultless()), |_, _| true);
     assert_eq!(with(&probing, Verdict::Wrong), []);
     assert_eq!(with(&probing, Verdict::Inconclusive), []);
-    // Nine parts of the supported forces, six findings each.
-    assert_eq!(with(&probing, Verdict::Correct).len(), 54);
+    // Twelve parts of the supported forces, six findings each.
+    assert_eq!(with(&probing, Verdict::Correct).len(), 72);
 }
 
 /// Probes mistakes, and asserts that findings are wrong, all of them where `may_be` says.

@@ -17,6 +17,14 @@ STEPPERS
     notImplemented(type.c_str());
 }
 
+// The length of the path through these particles at the start.
+inline scalar pathLength(const VectorXs& x, const std::vector<int>& particles) {
+    scalar length = 0;
+    for (std::size_t n = 1; n < particles.size(); ++n)
+        length += std::hypot(x[2 * particles[n]] - x[2 * particles[n - 1]], x[2 * particles[n] + 1] - x[2 * particles[n - 1] + 1]);
+    return length;
+}
+
 int main(int count, char** arguments) {
     if (count != 3) {
         std::cerr << "called as: simulate SCENE TRACE\n";

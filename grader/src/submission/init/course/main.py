@@ -20,6 +20,12 @@ STEPPER_LIST
 PIECE read_root.py
 
 
+def path_length(scene, particles):
+    """The length of the path through these particles at the start."""
+    places = [scene.x[2 * i:2 * i + 2] for i in particles]
+    return sum(math.dist(a, b) for a, b in zip(places, places[1:]))
+
+
 def main():
     root = read_root(sys.argv[1])
     scene = TwoDScene()

@@ -83,6 +83,38 @@ def hooke(stiffness, rest):
     return law
 
 
+def many_springs(name, n, d, pairs, stiffness, rest, spread=1.5):
+    """`hooke` between many pairs, by whole arrays."""
+    i, j = np.array(pairs).T
+    s = stiffness * (1 + 0.3 * np.arange(len(pairs)))
+
+    def parts(x):
+        p = x.reshape(n, d)
+        line = p[j] - p[i]
+        length = np.sqrt((line * line).sum(1))
+        return line / length[:, None], length
+
+    def f(x):
+        unit, length = parts(x)
+        force = (-s * (length - rest))[:, None] * unit
+        out = np.zeros((n, d))
+        np.add.at(out, j, force)
+        np.add.at(out, i, -force)
+        return out.ravel()
+
+    def jac(x):
+        unit, length = parts(x)
+        outer = unit[:, :, None] * unit[:, None, :]
+        stretch = ((length - rest) / length)[:, None, None]
+        block = -s[:, None, None] * (outer + stretch * (np.eye(d) - outer))
+        out = np.zeros((n, n, d, d))
+        for a, b, sign in ((j, j, 1), (i, i, 1), (j, i, -1), (i, j, -1)):
+            np.add.at(out, (a, b), sign * block)
+        return out.transpose(0, 2, 1, 3).reshape(n * d, n * d)
+
+    return Function(name, f, jac, *box(n * d, -spread, spread), block=d)
+
+
 def green(stiffness, rest):
     def law(d, _):
         excess = d @ d - rest * rest
@@ -261,7 +293,7 @@ def smooth_functions():
     return [
         springs3,
         springs2,
-        between_particles("100 particles", 100, 3, chain(100) + [(0, 50)], hooke(20, 0.7)),
+        many_springs("100 particles", 100, 3, chain(100) + [(0, 50)], 20, 0.7),
         between_particles("squared springs", 4, 3, chain(4), green(3, 0.9)),
         between_particles("gravitation", 4, 2, [(0, 1), (1, 2), (0, 3)], gravitation(1.3)),
         between_particles("vortices", 4, 2, [(0, 1), (1, 2), (2, 3)], vortex(0.9)),

@@ -7,7 +7,7 @@ use fastrand::Rng;
 
 use crate::branches::{self, Domain};
 use crate::function::{Calls, Function};
-use crate::likeness::{Likeness, Pair};
+use crate::likeness::{Change, Likeness, Pair};
 use crate::ridders::rounded_steps;
 use crate::state::{Finding, Observation, State, observe};
 use crate::structure::{self, Property, PropertyFinding};
@@ -318,15 +318,16 @@ fn likeness(seen: &Observation, settings: &Settings, same_elsewhere: bool) -> Li
     pair.likeness(&settings.factors, same_elsewhere)
 }
 
-/// The likeness that most states share; of as many, the first.
+/// The likeness with a name that most states share; of as many, the first.
 fn common(likenesses: &[Likeness]) -> Option<Likeness> {
     let count = |of: &Likeness| likenesses.iter().filter(|other| is_alike(of, other)).count();
-    likenesses.iter().rev().max_by_key(|likeness| count(likeness)).cloned()
+    let is_named = |likeness: &Likeness| likeness.change != Change::Other;
+    likenesses.iter().rev().max_by_key(|likeness| (is_named(likeness), count(likeness))).cloned()
 }
 
 /// Whether two likenesses are the same, but for the digits of a factor.
 fn is_alike(a: &Likeness, b: &Likeness) -> bool {
-    use crate::likeness::Change::Factor;
+    use Change::Factor;
     a.region == b.region
         && match (&a.change, &b.change) {
             (Factor(x, _), Factor(y, _)) => (x - y).abs() <= 1e-4 * x.abs(),

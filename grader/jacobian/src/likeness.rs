@@ -142,7 +142,7 @@ impl Pair<'_> {
             Region::DiagonalBlocks,
             Region::Upper,
             Region::Lower,
-            Region::OtherBlocks,
+            if b > 1 { Region::OtherBlocks } else { Region::OffDiagonal },
             Region::OffDiagonal,
             Region::All,
         ];

@@ -45,6 +45,9 @@ const UNCERTAIN: f64 = 0.1;
 /// Noise, relative to the largest value, that hides everything.
 const HIDDEN: f64 = 3e-3;
 
+/// Change of a value over the shortest step, relative to the value, of a function whose steps are too coarse.
+const COARSE: f64 = 1e-2;
+
 /// Rounding of the arguments, relative to the shortest step, of a function that rounds them.
 const ROUNDED: f64 = 1.0 / 16.0;
 
@@ -144,8 +147,12 @@ pub fn observe(function: &mut Function<'_>, state: &State) -> Option<Observation
         let of_values = if rounded { f64::from(f32::EPSILON) * values[row].abs() } else { 0.0 };
         *noise = noise.max(2.0 * of_values + ROUNDED * shortest * width * row_scale[row]);
     }
-    let hidden = |noise: &f64| *noise > HIDDEN * largest;
-    let hidden = noise.iter().map(hidden).collect();
+    let is_hidden = |row: usize| {
+        // The shortest step changes the value by as much as it is.
+        let is_coarse = row_scale[row] * shortest * width > COARSE * values[row].abs();
+        noise[row] > HIDDEN * largest || is_coarse && shortest > 0.0
+    };
+    let hidden = (0..values.len()).map(is_hidden).collect();
     let point =
         Point { state, noise: &noise, shortest, hidden, row_scale, single, matrix: &matrix };
     let (mut findings, mut bound, mut agreed) = (Vec::new(), 0.0_f64, None);

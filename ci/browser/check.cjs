@@ -16,6 +16,7 @@ const root = path.resolve(__dirname, "../..");
 const work = path.join(root, "target/browser/pages");
 const screenshots = path.join(root, "target/browser/screenshots");
 const SCENE = "SpringDamping/shearing-triangle-linearized";
+const EXPLODES = "SpringDamping/strongly-damped-spoke-linearized";
 
 // Texts that a submission may print. None may run, and none may break the layout.
 const HOSTILE = [
@@ -44,7 +45,7 @@ function write(name, text, mode) {
   return file;
 }
 
-// Submissions: traces with one wrong number, traces far off in 3D, and a program for each hostile text.
+// Submissions: traces with one wrong number, traces far off in 3D and ones that explode, and a program for each hostile text.
 function submissions() {
   fs.rmSync(work, { recursive: true, force: true });
   const traces = path.join(work, "class/ada");
@@ -63,6 +64,13 @@ function submissions() {
     return fields.join(",");
   });
   fs.writeFileSync(turned, shifted.join("\n"));
+  const exploding = path.join(traces, `${EXPLODES}.csv`);
+  const grown = fs.readFileSync(exploding, "utf8").split("\n").map((line, row) => {
+    const fields = line.split(",");
+    if (row < 3 || fields.length < 3) return line;
+    return fields.map((field, place) => (place < 2 ? field : String(Number(field) * 10 ** (row - 2)))).join(",");
+  });
+  fs.writeFileSync(exploding, grown.join("\n"));
   HOSTILE.forEach((text, number) => {
     write(`class/hostile-${number}/text`, text);
     write(`class/hostile-${number}/run.sh`, 'cat "$(dirname "$0")/text"\ncat "$(dirname "$0")/text" >&2\nexit 3\n');
@@ -123,6 +131,11 @@ async function playback(page, expected) {
   const stopped = await step(page);
   await page.waitForTimeout(200);
   assert.equal(await step(page), stopped, "a pause stops");
+  await page.evaluate(() => document.activeElement.blur());
+  await page.keyboard.press("Space");
+  await page.waitForFunction((from) => Number(document.querySelector("canvas").dataset.step) > from, stopped);
+  await page.keyboard.press("Space");
+  assert.equal(await page.evaluate(() => Report.player.playing), false, "space plays and pauses");
   await page.locator("input[type=range]").fill("50");
   assert.equal(await step(page), 50);
   await page.keyboard.press("w");
@@ -138,6 +151,50 @@ async function playback(page, expected) {
     return [...seen];
   });
   for (const color of ["10,90,160", "179,71,0", "179,38,30"]) assert.ok(colors.includes(color), `no pixel of ${color}`);
+}
+
+// Finding, equation and motion beside each other, with the controls in view; forces on request.
+async function sideBySide(browser, address, origin) {
+  const { page, faults, close } = await open(browser, address, origin, { viewport: { width: 1280, height: 800 } });
+  const box = (selector) => page.locator(selector).first().boundingBox();
+  const [motion, finding, equation, controls] = await Promise.all([".motion", ".finding", ".equation", ".controls"].map(box));
+  assert.ok(finding.x >= motion.x + motion.width && equation.x >= motion.x + motion.width, "beside the motion");
+  assert.ok(equation.y < 800 && controls.y + controls.height <= 800, `in view: ${JSON.stringify([equation, controls])}`);
+  const before = await page.locator("canvas").first().screenshot();
+  await page.locator("input[name=forces]").check();
+  assert.notDeepEqual(await page.locator("canvas").first().screenshot(), before, "forces are drawn");
+  assert.match(await page.locator("#status").textContent(), /The longest arrow of a force is [\d.]+ N/);
+  assert.deepEqual(faults, []);
+  await close();
+}
+
+// A run that explodes: its times are told, and the oracle's energy is seen.
+async function exploded(browser, address, origin) {
+  const { page, faults, close } = await open(browser, address, origin);
+  const energy = page.locator("#energy-charts figure").first();
+  const ticks = await energy.locator(".drawing text").allTextContents();
+  assert.ok(ticks.filter((tick) => tick === "0").length <= 2, `ticks of time: ${ticks}`);
+  assert.ok(ticks.every((tick) => !/e\d\d/.test(tick)), `ticks of the energy: ${ticks}`);
+  assert.match(await energy.locator(".legend").textContent(), /kinetic, submission, beyond the frame from t = /);
+  assert.deepEqual(faults, []);
+  await close();
+}
+
+// All pages in one file: its links, its scripts, and nothing that an edit adds.
+async function oneFile(browser, file, expected) {
+  const address = pathToFileURL(file).href;
+  const { page, faults, close } = await open(browser, address, address);
+  await page.locator("[data-filtered] tbody a", { hasText: SCENE }).click();
+  await page.waitForFunction((title) => document.title === title && document.querySelector("canvas"), SCENE);
+  assert.equal(await step(page), expected, "the page of the scene opens at its first wrong step");
+  await page.locator(".top a").click();
+  await page.locator("#features").waitFor();
+  assert.deepEqual(faults, []);
+  await close();
+  fs.writeFileSync(file, fs.readFileSync(file, "utf8").replace("<body>", "<body><script>document.documentElement.dataset.ran = 1</script>"));
+  const edited = await open(browser, address, address);
+  assert.equal(await edited.page.evaluate(() => document.documentElement.dataset.ran), undefined, "other scripts do not run");
+  await edited.close();
 }
 
 // A scene of the gallery: its picture, its playback, its slider.
@@ -262,11 +319,16 @@ async function main() {
   await playback(page, expected.step);
   assert.deepEqual(faults, []);
   await close();
+  await sideBySide(browser, kinds[1][1], origin);
+  await exploded(browser, url(html, `scenes/${EXPLODES}.html`), origin);
+  const file = path.join(work, "report.html");
+  grade(path.relative(root, traces), "--html", file, "--only", SCENE);
+  await oneFile(browser, file, expected.step);
 
   // Filters of the front page.
   const front = await open(browser, kinds[0][1], origin);
   await front.page.locator("select[name=verdict]").selectOption("bad");
-  assert.equal(await front.page.locator("[data-filtered] tbody tr:visible").count(), 2);
+  assert.equal(await front.page.locator("[data-filtered] tbody tr:visible").count(), 3);
   await front.page.locator("input[name=text]").fill("triangle");
   assert.equal(await front.page.locator("[data-filtered] tbody tr:visible").count(), 1);
   await front.close();

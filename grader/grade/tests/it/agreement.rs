@@ -2,7 +2,7 @@
 
 use needs::needs;
 
-use crate::folder::Folder;
+use crate::folder::{Folder, words};
 use crate::student;
 
 /// A mistake of the small simulator.
@@ -26,11 +26,6 @@ fn plain(text: &str) -> String {
         plain = plain.replace(entity, character);
     }
     words(&plain)
-}
-
-/// Text without line breaks.
-fn words(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A folder with a submission, `my-simulator`, that has this mistake and these limits.
@@ -87,7 +82,8 @@ fn text_json_and_pages_say_the_same_of_every_scene() {
                     let step = first["step"].to_string();
                     assert!(place.to_lowercase().contains(&format!("step {step}, t = ")), "{name}");
                 }
-                let got = first["got"].to_string();
+                // Reading a number as JSON may round its last digit.
+                let got: String = first["got"].to_string().chars().take(15).collect();
                 assert!(text_words.contains(got.trim_start_matches('-')), "{name} {got}");
             }
             verdicts.push(verdict);

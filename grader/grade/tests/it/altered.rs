@@ -8,7 +8,7 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use test_support::{assert_fits, root, sample};
 
-use crate::folder::Folder;
+use crate::folder::{self, Folder};
 use serde_json::Value;
 
 /// Depending on its first argument, looks up the scene in `known` by its bytes or by its description, or simulates it. On
@@ -238,10 +238,9 @@ fn copied_answers_are_named_in_a_class() {
     let named: Vec<&str> = summary.lines().filter(|line| line.contains("copied answers")).collect();
     assert_eq!(named.len(), 2, "{summary}");
     assert!(named[0].starts_with("  bytes: Possibly copied answers: of "), "{summary}");
-    let report = fs::read_to_string(project.path("out/reports/bytes.txt")).unwrap();
-    let words = report.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains("do not count, because the program fails on every altered copy"));
-    assert!(words.contains("dragdamping under explicit-euler in 2D"), "{report}");
+    let report = folder::words(&fs::read_to_string(project.path("out/reports/bytes.txt")).unwrap());
+    assert!(report.contains("do not count, because the program fails on every altered copy"));
+    assert!(report.contains("dragdamping under explicit-euler in 2D "), "{report}");
     assert!(
         !fs::read_to_string(project.path("out/reports/honest.txt")).unwrap().contains("copied")
     );

@@ -239,7 +239,7 @@ fn pipe_as_trace_is_refused_without_blocking() {
     let run = project.grade(&["--traces", "traces"]);
     assert_eq!(run.code, 1, "{}", run.stderr);
     let message = "pair.csv: cannot be read: it is a pipe, a socket or a device";
-    let text = run.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = folder::words(&run.stdout);
     assert!(text.contains(message), "{text}");
 }
 
@@ -487,7 +487,7 @@ fn criteria_are_chosen_on_the_command_line_and_the_report_says_which() {
     fs::remove_file(project.path("expected/manifest.toml")).unwrap();
     assert_eq!(run(&[]).1["criteria"], "fixed");
     let text = project.grade(&["--traces", "traces", "--verbose"]).stdout;
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = folder::words(&text);
     assert!(text.contains("Judged by the course's criteria: each residual below 1e-10"), "{text}");
 }
 
@@ -1162,7 +1162,7 @@ fn other_root_of_a_step_passes_if_the_rubric_allows() {
     assert_eq!(scene(&passed)["verdict"], "pass", "{passed}");
     assert_eq!(scene(&passed)["other_root"], 1);
     let text = project.grade(&["mine", "--only", "Spring/through"]).stdout;
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let text = folder::words(&text);
     let shown = "another solution of the same equations, as the rubric allows: Spring/through.";
     assert!(text.contains(shown), "{text}");
     // This step solves nothing.

@@ -29,6 +29,11 @@ pub(crate) fn run(command: &mut Command) -> Run {
     Run { code: output.status.code().unwrap(), stdout, stderr }
 }
 
+/// A text without its line breaks: reports wrap.
+pub(crate) fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Runs `grade` in a folder.
 pub(crate) fn grade(folder: &Path, arguments: &[&str]) -> Run {
     run(&mut command(folder, arguments))

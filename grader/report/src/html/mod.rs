@@ -103,7 +103,9 @@ pub fn submission(
         let [before, after] = [number.checked_sub(1), Some(number + 1)]
             .map(|number| number.and_then(|number| scenes.get(number)).copied());
         let mut others = scenes[number + 1..].iter().chain(&scenes[..number]).copied();
-        let beside = [before, after, others.find(|scene| is_wrong(scene))];
+        let wrong = others.find(|scene| is_wrong(scene));
+        let is_after = |scene: &&SceneResult| after.is_some_and(|after| after.id == scene.id);
+        let beside = [before, after, wrong.filter(|scene| !is_after(scene))];
         let page = scene::render(case, scene, beside, &name)?;
         sink(&scene_file(&scene.id), &page)?;
     }

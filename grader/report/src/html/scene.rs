@@ -185,7 +185,8 @@ fn table(html: &mut Html, label: &str, rows: &[Row<'_>]) {
         html.open("tr", &[("class", if *is_mistaken { "mistaken" } else { "" })]);
         html.element("th", &[("scope", "row")], name);
         for value in *values {
-            html.element("td", &[], &format!("{value:.4e}").replace('-', "−"));
+            let shown = data::short(*value).map_or_else(|| "–".to_owned(), number);
+            html.element("td", &[], &shown.replace('-', "−"));
         }
         html.markup("</tr>");
     }

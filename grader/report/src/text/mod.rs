@@ -1,39 +1,43 @@
 //! Text reports of a grading.
 //!
 //! ```text
-//! brief.rs    the default: totals and failed features, each finding with an example, what to do next
-//! mod.rs      all: every feature and scene, failures in detail, totals, findings; and what both share
+//! brief.rs             the default: totals and failed features, each finding with an example, what to do next
+//! mod.rs               all: every feature and scene, failures in detail, totals, findings; and what both share
+//! failures.rs          failed scenes in detail
+//! circumstances.rs     how a submission was judged and run
 //! ```
 //!
 //! Always writes colours; the output stream strips them if needed.
 
 mod brief;
+mod circumstances;
+mod failures;
 
 use std::io::{self, Write};
 
 use anstyle::Style;
 
-use super::digits::{self, DiffLine, LineKind};
 use super::{jacobians, probe};
-use crate::provenance::short_hash;
 use crate::remarks::{self, counted};
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use crate::wrap::wrap;
-use diagnosis::findings::Diagnosis;
 use diagnosis::findings::{Finding, FindingKind, Findings, TaskFinding, TaskVerdict};
-use grader::compare::{Criteria, FirstWrong, Tolerances};
-use grader::grading::altered::Copied;
 use grader::grading::points;
-use grader::grading::provenance::Provenance;
 use grader::grading::{
     Adjustment, AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden,
-    HiddenTally, NotRunReason, Repetition, SceneResult, Totals,
+    HiddenTally, NotRunReason, SceneResult, Totals,
 };
 use grader::probe::Probing;
 use grader::rubric::creative::CRITERIA;
 use grader::suite::Section;
-use grader::verdict::{Verdict, number};
-use sandbox::Protection;
+use grader::verdict::Verdict;
+
+use circumstances::write_warnings;
+pub use circumstances::{WEAKER, write_protection};
+pub(super) use circumstances::{missing, write_circumstances, write_provenance, write_unprotected};
+pub(crate) use failures::write_failure;
+pub use failures::write_scenes;
+use failures::{write_digits, write_failed};
 
 /// Options of the report.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -277,359 +281,6 @@ pub(super) fn count(passed: usize, all: usize) -> String {
 
 pub(super) fn residual(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
-}
-
-/// Explains the scenes that did not pass, at most `details` of them.
-///
-/// # Errors
-/// If writing fails.
-pub fn write_scenes<'a>(
-    out: &mut dyn Write,
-    scenes: impl Iterator<Item = &'a SceneResult>,
-    details: usize,
-) -> io::Result<()> {
-    write_failed(out, scenes, details, usize::MAX)
-}
-
-fn write_failed<'a>(
-    out: &mut dyn Write,
-    scenes: impl Iterator<Item = &'a SceneResult>,
-    details: usize,
-    width: usize,
-) -> io::Result<()> {
-    let not_passed = scenes.filter(|scene| !scene.comparison.verdict.is_pass());
-    let failed: Vec<&SceneResult> =
-        not_passed.filter(|scene| !scene.comparison.verdict.is_lack()).collect();
-    // Merge scenes with the same message, such as those of a failed build.
-    let mut groups: Vec<(&SceneResult, usize)> = Vec::new();
-    for scene in &failed {
-        let same = |(known, _): &&mut (&SceneResult, usize)| {
-            let [known, scene] = [&known.comparison, &scene.comparison];
-            known.verdict == scene.verdict && known.states == 0 && scene.states == 0
-        };
-        match groups.iter_mut().find(same) {
-            Some((_, count)) => *count += 1,
-            None => groups.push((scene, 1)),
-        }
-    }
-    for (scene, count) in groups.iter().take(details) {
-        write_failure(out, scene, width)?;
-        if *count > 1 {
-            writeln!(out, "  {DIM}and the same for {} more scenes{DIM:#}", count - 1)?;
-        }
-        writeln!(out)?;
-    }
-    let untold: usize = groups.iter().skip(details).map(|(_, count)| count).sum();
-    if untold > 0 {
-        writeln!(
-            out,
-            "{untold} more scenes did not pass; show all with --details {}.\n",
-            groups.len()
-        )?;
-    }
-    Ok(())
-}
-
-pub(crate) fn write_failure(
-    out: &mut dyn Write,
-    scene: &SceneResult,
-    width: usize,
-) -> io::Result<()> {
-    let verdict = &scene.comparison.verdict;
-    let style = style(verdict);
-    let name = verdict.name().replace('-', " ");
-    let message = verdict.to_string().replace('\n', "\n  ");
-    writeln!(out, "{style}{name}{style:#}  {BOLD}{}{BOLD:#}  ({})", scene.id, scene.path)?;
-    writeln!(out, "  {message}")?;
-    if let Some(first) = &scene.comparison.first_wrong {
-        write_first_wrong(out, first, width)?;
-    }
-    match &scene.diagnosis {
-        Some(diagnosis) => write_diagnosis(out, diagnosis),
-        None => Ok(()),
-    }
-}
-
-fn write_diagnosis(out: &mut dyn Write, diagnosis: &Diagnosis) -> io::Result<()> {
-    let Diagnosis { steps, causes, other_root, restarts, .. } = diagnosis;
-    writeln!(out, "  Redoing each step from your own trace: {}", steps.words())?;
-    if let Some(restarts) = restarts {
-        writeln!(out, "  Running your program from the oracle's states: {}", restarts.words())?;
-    }
-    if let Some(step) = other_root {
-        writeln!(out, "  Step {step} solves the same equation; another solution")?;
-    }
-    for cause in causes {
-        writeln!(out, "  {BOLD}Cause (reproduces your trace): {cause}{BOLD:#}")?;
-    }
-    Ok(())
-}
-
-fn write_first_wrong(out: &mut dyn Write, first: &FirstWrong, width: usize) -> io::Result<()> {
-    let FirstWrong { place, time, residual: size, tolerance, envelope, .. } = first;
-    let origin = envelope.map_or_else(String::new, |envelope| {
-        format!("; correct programs differ by up to {}", residual(envelope))
-    });
-    let what = if first.accumulated { "sum of residuals" } else { "residual" };
-    let quantity = place.quantity.name();
-    let coordinate = place.coordinate();
-    writeln!(
-        out,
-        "  first wrong: step {}, t = {} s, particle {}, {coordinate} ({quantity} {what} {size:.1e}, \
-         tolerance {tolerance:.0e}{origin})",
-        place.step,
-        number(*time),
-        place.particle
-    )?;
-    write_digits(out, first, 4)?;
-    let numbers = first.context.first().map_or(0, |row| row.expected.len());
-    let names = if numbers == 6 { "x y z vx vy vz" } else { "x y vx vy" };
-    let diff = |of| (digits::context(first, of), names);
-    let is_wide = |(lines, _): &(Vec<DiffLine>, _)| {
-        lines
-            .iter()
-            .any(|line| line.pieces.iter().map(|(text, _)| text.len()).sum::<usize>() + 4 > width)
-    };
-    let (positions, velocities) = names.split_at(names.find(" v").unwrap_or(names.len()));
-    let whole = diff(0..numbers);
-    let diffs = if is_wide(&whole) {
-        let half = numbers / 2;
-        let velocities = (digits::context(first, half..numbers), velocities.trim());
-        vec![(digits::context(first, 0..half), positions), velocities]
-    } else {
-        vec![whole]
-    };
-    for (lines, columns) in diffs {
-        writeln!(
-            out,
-            "  particle {} around that step: step, {columns} ({GOOD}-{GOOD:#} expected, {BAD}+{BAD:#} got)",
-            place.particle
-        )?;
-        for line in lines {
-            write_diff_line(out, line)?;
-        }
-    }
-    Ok(())
-}
-
-/// Writes the number that is wrong first, with the digits marked that differ, indented by so many blanks.
-fn write_digits(out: &mut dyn Write, first: &FirstWrong, indent: usize) -> io::Result<()> {
-    let coordinate = first.place.coordinate();
-    let (expected, got) = (digits::full(first.expected), digits::full(first.got));
-    let common = digits::common_prefix(&expected, &got);
-    let marked = |text: &str, style: Style| {
-        format!("{}{style}{}{style:#}", &text[..common], &text[common..])
-    };
-    writeln!(out, "{:indent$}expected  {coordinate:<2} = {}", "", marked(&expected, GOOD))?;
-    writeln!(out, "{:indent$}got       {coordinate:<2} = {}", "", marked(&got, BAD))?;
-    let differing = expected.chars().count().max(got.chars().count()) - common;
-    writeln!(out, "{}{BAD}{}{BAD:#}", " ".repeat(indent + 15 + common), "^".repeat(differing))
-}
-
-fn write_diff_line(out: &mut dyn Write, line: DiffLine) -> io::Result<()> {
-    let DiffLine { kind, pieces } = line;
-    let (sign, style) = match kind {
-        LineKind::Same => (' ', DIM),
-        LineKind::Expected => ('-', GOOD),
-        LineKind::Got => ('+', BAD),
-    };
-    write!(out, "  {style}{sign}{style:#} ")?;
-    for (text, differs) in pieces {
-        let style = if differs || kind == LineKind::Same { style } else { Style::new() };
-        write!(out, "{style}{text}{style:#}")?;
-    }
-    writeln!(out)
-}
-
-/// Writes how it was judged and run, and remarks on its programs.
-pub(super) fn write_circumstances(
-    out: &mut dyn Write,
-    grading: &Grading,
-    audience: Audience,
-) -> io::Result<()> {
-    write_criteria(out, grading)?;
-    if let Some(taken) = &grading.taken {
-        writeln!(out, "  {DIM}Taken from the hand-in: {}.{DIM:#}", taken.line())?;
-    }
-    if let (Some(protection), Audience::Graders) = (&grading.protection, audience) {
-        write_protection(out, protection)?;
-    }
-    if let Some(repetition) = &grading.repetition {
-        write_repetition(out, repetition)?;
-    }
-    if let Some(copied) = &grading.copied {
-        write_copied(out, copied)?;
-    }
-    match &grading.provenance {
-        Some(provenance) => write_provenance(out, provenance),
-        None => Ok(()),
-    }
-}
-
-/// Writes what a reader has to know of the circumstances.
-fn write_warnings(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
-    write_other_roots(out, grading)?;
-    if let Some(taken) = &grading.taken {
-        writeln!(out, "  {DIM}Taken from the hand-in: {}.{DIM:#}", taken.line())?;
-    }
-    if let Some(protection) = &grading.protection {
-        write_unprotected(out, protection)?;
-    }
-    match &grading.copied {
-        Some(copied) => write_copied(out, copied),
-        None => Ok(()),
-    }
-}
-
-/// Writes the grader and the start of the hashes of its inputs, which are in full in JSON and JUnit reports.
-pub(super) fn write_provenance(out: &mut dyn Write, provenance: &Provenance) -> io::Result<()> {
-    let commit = provenance.commit.as_deref().map(|commit| {
-        let modified = if commit.ends_with("-modified") { ", modified" } else { "" };
-        format!("commit {}{modified}, ", short_hash(commit))
-    });
-    let rubric = provenance.rubric.as_deref().map_or("built in".to_owned(), short_hash);
-    let also = |what: &str, hash: &Option<String>| {
-        hash.as_deref().map_or_else(String::new, |hash| format!(", {what} {}", short_hash(hash)))
-    };
-    writeln!(
-        out,
-        "  {DIM}Graded by grade {} ({}{}); rubric {rubric}{}, scenes and oracle {}{}.{DIM:#}",
-        env!("CARGO_PKG_VERSION"),
-        commit.unwrap_or_default(),
-        provenance.platform,
-        also("pack", &provenance.pack),
-        short_hash(&provenance.oracle()),
-        also("hidden scenes", &provenance.hidden)
-    )
-}
-
-/// Writes the protections that were in force, and those that were missing.
-///
-/// # Errors
-/// If writing fails.
-pub fn write_protection(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
-    if !in_force.is_empty() {
-        let names: Vec<&str> = in_force.iter().map(|protection| protection.name()).collect();
-        writeln!(out, "  {DIM}Run under protection: {}.{DIM:#}", names.join(", "))?;
-    }
-    write_unprotected(out, in_force)
-}
-
-/// Warns of the protections that were not in force.
-pub(super) fn write_unprotected(out: &mut dyn Write, in_force: &[Protection]) -> io::Result<()> {
-    match missing(in_force).join(", ") {
-        _ if in_force.is_empty() => writeln!(out, "  {ODD}Run without protection.{ODD:#}"),
-        missing if missing.is_empty() => Ok(()),
-        missing => writeln!(out, "  {ODD}Run without these protections: {missing}.{ODD:#}"),
-    }?;
-    if in_force.contains(&Protection::ClosedFolders) {
-        writeln!(out, "  {ODD}Files were protected by {WEAKER} alone.{ODD:#}")?;
-    }
-    Ok(())
-}
-
-/// The protection of files where the kernel offers none.
-pub const WEAKER: &str = "a user ID of its own and closed folders";
-
-/// The names of the protections that were not in force.
-pub(super) fn missing(in_force: &[Protection]) -> Vec<&'static str> {
-    let missing = Protection::ALL.into_iter().filter(|each| !in_force.contains(each));
-    missing.map(Protection::name).collect()
-}
-
-/// Writes whether re-run scenes gave identical output.
-fn write_repetition(out: &mut dyn Write, repetition: &Repetition) -> io::Result<()> {
-    let Repetition { scenes, differing } = repetition;
-    match differing.as_slice() {
-        [] if *scenes == 0 => Ok(()),
-        [] => {
-            writeln!(out, "  {DIM}Deterministic: {scenes} scenes re-run, identical output.{DIM:#}")
-        }
-        _ => writeln!(
-            out,
-            "  {ODD}Not deterministic: {} of {scenes} re-run scenes gave different output: {}.{ODD:#}",
-            differing.len(),
-            differing.join(", ")
-        ),
-    }
-}
-
-/// Maximum number of altered copies that a text names.
-const COPIES_SHOWN: usize = 6;
-
-/// Warns of passed scenes that altered copies do not confirm.
-fn write_copied(out: &mut dyn Write, copied: &Copied) -> io::Result<()> {
-    writeln!(out, "  {ODD}{copied}.{ODD:#}")?;
-    if copied.wrong.is_empty() {
-        return Ok(());
-    }
-    let wrong = copied.wrong.iter().map(|(scene, verdict)| format!("{scene} ({verdict})"));
-    let shown: Vec<String> = wrong.take(COPIES_SHOWN).collect();
-    let more = match copied.wrong.len() - shown.len() {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    writeln!(out, "  {DIM}Failed on altered copies of: {}{more}.{DIM:#}", shown.join(", "))
-}
-
-/// Writes the criteria by which the scenes were judged.
-fn write_criteria(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
-    let scenes = || grading.features.iter().flat_map(|result| &result.scenes);
-    let total = scenes().count();
-    let calibrated = scenes().filter(|scene| matches!(scene.criteria, Criteria::Calibrated(_)));
-    let is_same_root = |scene: &&SceneResult| scene.comparison.other_root.is_none();
-    let used = calibrated.clone().filter(is_same_root).filter_map(|scene| scene.comparison.allowed);
-    let used = used.map(|allowed| allowed.used).reduce(f64::max);
-    let of = |count: usize| match count {
-        count if count == total => "Judged".to_owned(),
-        count => format!("{count} scenes judged"),
-    };
-    let count = calibrated.count();
-    if count > 0 {
-        let used = match used {
-            Some(used) if used < 0.01 => "; every error is below 1 % of its tolerance".to_owned(),
-            Some(used) if used <= 1.0 => {
-                format!("; the largest error is {:.0} % of its tolerance", 100.0 * used)
-            }
-            _ => String::new(),
-        };
-        writeln!(out, "  {DIM}{} by calibrated tolerances{used}.{DIM:#}", of(count))?;
-    }
-    let mut fixed: Vec<(Tolerances, usize)> = Vec::new();
-    for scene in scenes() {
-        let Criteria::Fixed(tolerances) = scene.criteria else { continue };
-        match fixed.iter_mut().find(|(known, _)| *known == tolerances) {
-            Some((_, count)) => *count += 1,
-            None => fixed.push((tolerances, 1)),
-        }
-    }
-    for (tolerances @ Tolerances { largest, accumulated }, count) in fixed {
-        let whose = if tolerances == Tolerances::COURSE {
-            "the course's criteria"
-        } else {
-            "fixed tolerances"
-        };
-        writeln!(
-            out,
-            "  {DIM}{} by {whose}: each residual below {largest:e}, their sum below {accumulated:e}.{DIM:#}",
-            of(count)
-        )?;
-    }
-    write_other_roots(out, grading)
-}
-
-/// Writes the scenes that passed with another solution of the same equations.
-fn write_other_roots(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
-    let others = remarks::scenes(grading).filter(|scene| scene.comparison.other_root.is_some());
-    let names: Vec<&str> = others.map(|scene| scene.id.as_str()).collect();
-    if names.is_empty() {
-        return Ok(());
-    }
-    writeln!(
-        out,
-        "  Passed with another solution of the same equations, as the rubric allows: {}.",
-        names.join(", ")
-    )
 }
 
 /// Writes what is wrong, in the order in which a student should read it.

@@ -6,7 +6,7 @@
  *   title, xLabel, yLabel,
  *   xLog, yLog,                     logarithmic axes; values that are not positive stand at the lower edge
  *   range: [from, to],              of x; by default that of the data
- *   series: [{name, xs, ys, color, dash, width, marker}],    null in ys is a gap
+ *   series: [{name, note, xs, ys, color, dash, width, marker}],    null in ys is a gap; the legend adds the note
  *   marks: [{x, label}],            vertical lines
  *   onSeek(x),                      called for a click
  * })
@@ -42,7 +42,7 @@ Report.chart = function (host, options) {
     const names = series.map((each) => each.name).join("\n");
     if (legend.dataset.names !== names) {
       legend.dataset.names = names;
-      legend.replaceChildren(...series.map((each) => Report.element("li", {}, sample(each), each.name)));
+      legend.replaceChildren(...series.map((each) => Report.element("li", {}, sample(each), each.name + (each.note ?? ""))));
     }
   }
 

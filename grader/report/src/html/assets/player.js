@@ -3,9 +3,8 @@
 /* Playback of a scene: controls, time axis, keyboard, the numbers of a particle, and the charts that follow. */
 Report.Player = class {
   static SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
-  /* Curves of the submission end where they are this many times the oracle's, and its own some steps after the first wrong one. */
+  /* Curves of the submission end where they are this many times the others. */
   static BEYOND = 4;
-  static AFTER = 3;
 
   constructor(host, data) {
     this.data = data;
@@ -394,25 +393,25 @@ Report.Player = class {
     const host = document.getElementById("energy-charts");
     const { steps, expected, got } = this.data.energies;
     const xs = steps.map((step) => step * this.data.timeStep);
-    /* Curves in the frame of the oracle's and of the submission's until it is wrong: a run that explodes flattens all others. */
-    const until = (this.data.firstWrong?.step ?? Infinity) + Report.Player.AFTER;
-    const within = (columns) => {
+    /* Curves in the frame of the oracle's, and of the submission's up to a step: a run that explodes would flatten all. */
+    const within = (columns, until) => {
       const framed = columns.flatMap(([, ys, own]) => [...ys, ...own.filter((value, i) => steps[i] <= until)]);
-      const most = Report.Player.BEYOND * framed.reduce((most, value) => (value === null ? most : Math.max(most, Math.abs(value))), 0);
+      const most = Report.Player.BEYOND * framed.reduce((most, value) => (value === null ? most : Math.max(most, Math.abs(value))), 0) || Infinity;
       return columns.flatMap(([name, ys, own, color]) => {
         const inside = own.map((value) => (value !== null && Math.abs(value) <= most ? value : null));
         const leaves = inside.findIndex((value, i) => value !== own[i]);
-        const beyond = leaves < 0 ? "" : `, beyond the frame from t = ${Report.short(xs[leaves])} s`;
+        const note = leaves < 0 ? "" : `, beyond the frame from t = ${Report.short(xs[leaves])} s`;
         return [
           { name: `${name}, oracle`, xs, ys, color, dash: "5 4" },
-          { name: `${name}, submission${beyond}`, xs, ys: inside, color, width: 2 },
+          { name: `${name}, submission`, note, xs, ys: inside, color, width: 2 },
         ];
       }).filter((each) => each.ys.some((value) => value !== null));
     };
     const energies = ["kinetic", "potential", "total"].map((name, number) => [name, expected[name], got[name], `c${number + 1}`]);
-    this.chart(host, "Energy", "energy (J)", within(energies), false);
+    this.chart(host, "Energy", "energy (J)", within(energies, -1), false);
     const axes = expected.momentum.map((ys, axis) => ["xyz"[axis], ys, got.momentum[axis], `c${axis + 1}`]);
-    this.chart(host, "Momentum", "momentum (kg m/s)", within(axes), false);
+    // The oracle's momentum may be rounding alone.
+    this.chart(host, "Momentum", "momentum (kg m/s)", within(axes, this.data.firstWrong?.step ?? Infinity), false);
   }
 };
 

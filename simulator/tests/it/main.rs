@@ -4,6 +4,7 @@
 
 mod assignment;
 mod doubtful;
+mod elastic;
 mod fast_mass_spring;
 mod forests;
 mod fuzz_seeds;

@@ -208,7 +208,7 @@ force_walk() {
     run "$CARGO_TARGET_DIR/release/simulate" --help
     expect "$tag"
     grade --only "$group"
-    expect "1/1 scenes"
+    expect "1 of 1 features +1/1"
     grade jacobians --force "$tag"
     expect "$tag"
     expect "correct, 0 wrong"
@@ -259,7 +259,7 @@ run "${tests[@]}" --test it docs::the_
 expect "test result: ok"
 grep -q 'position-verlet' docs/methods.md || fail "docs/methods.md does not list the integrator"
 grade --only PositionVerlet
-expect "1/1 scenes"
+expect "1 of 1 features +1/1"
 grade stability --quick
 expect "position-verlet"
 expect "All is as expected"

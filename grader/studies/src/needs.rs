@@ -139,7 +139,7 @@ pub fn cost(scene: &Scene, solver: LinearSolver) -> Result<Cost, SimulationError
     unreachable!("the loop returns after RUNS runs")
 }
 
-/// The scene embedded in 3D (unless it has wind), with every force that its method supports. Added forces have zero
+/// The scene embedded in 3D (unless it would be another one there), with every force that its method supports. Added forces have zero
 /// coefficients; those that are no fields act on the first particle, the one farthest from it, and the ones after the
 /// first.
 pub fn general(scene: &Scene) -> Scene {
@@ -148,8 +148,7 @@ pub fn general(scene: &Scene) -> Scene {
         a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
     };
     let furthest = (1..scene.particles.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
-    // In space, a wind blows out of the plane as well: that would be another scene.
-    let dimension = if leaves_the_plane(scene) { scene.dimension } else { Dimension::Three };
+    let dimension = if is_other_in_space(scene) { scene.dimension } else { Dimension::Three };
     let mut general = Scene { dimension, ..scene.clone() };
     for kind in force::REGISTRY {
         let schema = &kind.schema;
@@ -184,12 +183,30 @@ fn is_defined_everywhere(scene: &Scene, element: &ForceElement) -> bool {
     force.iter().all(|component| component.is_finite())
 }
 
-/// Whether a scene in the plane, taken into space, has a force across it at the end of its first step.
-fn leaves_the_plane(scene: &Scene) -> bool {
+/// Whether a scene in the plane has other forces in space, or forces across it: a wind, or an angle that has a sign in the
+/// plane only. The mirror image of the scene has angles of the other sign.
+fn is_other_in_space(scene: &Scene) -> bool {
     let space = Scene { dimension: Dimension::Three, ..scene.clone() };
-    let (x, v) = (space.positions(), space.velocities());
-    let across = Laws::new(&space).force(&x, &v, scene.time_step);
-    across.iter().skip(2).step_by(3).any(|component| *component != 0.0)
+    let force = |scene: &Scene, sign: f64| {
+        let axes = scene.dimension.count();
+        let mirrored = |mut values: Vec<f64>| {
+            values.iter_mut().skip(1).step_by(axes).for_each(|y| *y *= sign);
+            values
+        };
+        let (x, v) = (mirrored(scene.positions()), mirrored(scene.velocities()));
+        Laws::new(scene).force(&x, &v, scene.time_step)
+    };
+    let axes = scene.dimension.count();
+    [1.0, -1.0].into_iter().any(|sign| {
+        let (flat, deep) = (force(scene, sign), force(&space, sign));
+        let largest = flat.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        let is_same = |(flat, deep): (&[f64], &[f64])| {
+            let across = flat.get(2).copied().unwrap_or(0.0);
+            let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-12 * largest;
+            deep[2] == across && flat.iter().zip(deep).all(near)
+        };
+        !flat.chunks(axes).zip(deep.chunks(3)).all(is_same)
+    })
 }
 
 /// The largest difference of a state between a scene in the plane or in space and the same in space.

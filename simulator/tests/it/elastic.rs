@@ -90,7 +90,6 @@ fn internal_forces_keep_momenta_over_a_hundred_thousand_steps() {
             }
         }
         assert_eq!(steps, 100_000);
-        println!("{}: momentum {:.1e}, angular momentum {:.1e}", schema.tag, worst[0], worst[1]);
         // A rounding error of 1e-16 each step, all in one direction, is 1e-11.
         assert!(worst.iter().all(|worst| *worst < 1e-11), "{}: {worst:?}", schema.tag);
         found += 1;
@@ -142,8 +141,7 @@ fn a_cantilever_of_hinges_converges_to_euler_and_bernoulli() {
     let shorter = bars.windows(2).map(|n| (f64::from(n[1]) + 0.5) / (f64::from(n[0]) + 0.5));
     let orders: Vec<f64> =
         orders(&errors).iter().zip(shorter).map(|(order, by)| order / by.log2()).collect();
-    println!("cantilever of hinges: errors {errors:?}, orders {orders:?}");
-    assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.1), "{errors:?}");
+    assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.1), "{errors:?}: {orders:?}");
     assert!(errors[4] < 1e-4, "{errors:?}");
 }
 
@@ -209,7 +207,6 @@ fn a_sheet_stretched_by_its_weight_converges_to_the_closed_form() {
         let elements = sheet([1.0, 1.0], [n, 2], 1.0, 0.0) + r#"<simplegravity fx="1" fy="0"/>"#;
         (end(&resting(&elements))[2 * n] - expected).abs()
     });
-    println!("hanging sheet: errors {errors:?}, orders {:?}", orders(&errors));
     assert!(orders(&errors).iter().all(|order| (order - 2.0).abs() < 0.1), "{errors:?}");
     assert!(errors[3] < 1e-4, "{errors:?}");
 }
@@ -229,7 +226,6 @@ fn a_beam_of_triangles_converges_to_euler_and_bernoulli_with_shear() {
         let rest = height / n as f64 * (n / 2) as f64;
         ((end(&resting(&elements))[2 * middle + 1] - rest) / expected - 1.0).abs()
     });
-    println!("beam of triangles: errors {errors:?}, orders {:?}", orders(&errors));
     // Triangles of constant strain are too stiff where they bend, coarse meshes the more.
     assert!(orders(&errors).iter().all(|order| *order > 1.4), "{errors:?}");
     assert!(errors[3] < 0.02, "{errors:?}");

@@ -316,16 +316,9 @@ fn of_method(name: &'static str, rule: Rule, words: &str, rank: u8) -> Change {
     }
 }
 
-pub(super) fn has_quantity(term: Term, quantity: Quantity) -> bool {
-    groups(term).contains(&[quantity].as_slice())
-}
-
 /// Groups of quantities that are scaled together.
 pub fn groups(term: Term) -> Vec<&'static [Quantity]> {
-    let depends_on = match term.part {
-        "" => term.schema().depends_on(),
-        part => term.schema().part(part).depends_on,
-    };
+    let depends_on = term.depends_on();
     match (depends_on.position, depends_on.velocity) {
         (false, false) => vec![FORCE],
         (true, false) => vec![FORCE, BY_POSITION, &Quantity::ALL],
@@ -531,10 +524,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
     for (axes, words) in axes {
         add(force, words, Effect::Axes(term, force, axes), 2);
     }
-    let depends_on = match term.part {
-        "" => term.schema().depends_on(),
-        part => term.schema().part(part).depends_on,
-    };
+    let depends_on = term.depends_on();
     for (quantity, is_there) in
         [(Quantity::ByPosition, depends_on.position), (Quantity::ByVelocity, depends_on.velocity)]
     {
@@ -974,7 +964,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 add(whole, SceneRule::Overwrites(tag, *ends), 2, words);
             }
             for quantity in [Quantity::ByPosition, Quantity::ByVelocity] {
-                let of_parts = terms.iter().filter(|term| has_quantity(**term, quantity));
+                let of_parts = terms.iter().filter(|term| term.has(quantity));
                 let of_parts: Vec<Term> = of_parts.copied().collect();
                 let Some(first) = of_parts.first() else { continue };
                 let whole = name(Term { part: "", ..*first }, quantity);

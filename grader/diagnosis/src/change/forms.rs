@@ -92,30 +92,8 @@ fn formulas(tag: &str, part: &str, schema: &ForceSchema) -> Option<Forms> {
             by_position: none(),
             by_velocity: vec![times([number(-1.0), p("b"), I])],
         },
-        ("springforce", "elastic") => {
-            let strain = || plus([L, minus(p("l0"))]);
-            let relative = || times([strain(), power(L, -1)]);
-            Forms {
-                force: vec![times([number(-1.0), p("k"), strain(), N])],
-                by_position: vec![
-                    times([number(-1.0), p("k"), plus([nn(), times([relative(), across()])])]),
-                    times([
-                        number(-1.0),
-                        p("k"),
-                        plus([
-                            times([plus([number(1.0), minus(times([p("l0"), power(L, -1)]))]), I]),
-                            times([p("l0"), power(L, -1), nn()]),
-                        ]),
-                    ]),
-                    times([
-                        number(-1.0),
-                        p("k"),
-                        plus([I, minus(times([p("l0"), power(L, -1), across()]))]),
-                    ]),
-                ],
-                by_velocity: none(),
-            }
-        }
+        ("springforce", "elastic") => elastic(&[p("k")], &p("l0")),
+        ("elasticbodyspringforce", _) => elastic(&[p("alpha"), power(p("l0"), -1)], &p("l0")),
         ("springforce", "damping") => {
             let closing = || dot(Leaf::Direction, Leaf::RelativeVelocity);
             let turning =
@@ -190,4 +168,22 @@ fn formulas(tag: &str, part: &str, schema: &ForceSchema) -> Option<Forms> {
         }
         _ => return None,
     })
+}
+
+/// A spring's, of a stiffness that is a product.
+fn elastic(stiffness: &[Expression], l0: &Expression) -> Forms {
+    let l0 = || l0.clone();
+    let scaled = |last: &[Expression]| times([&[number(-1.0)], stiffness, last].concat());
+    let strain = || plus([L, minus(l0())]);
+    let relative = || times([strain(), power(L, -1)]);
+    let shrunk = times([plus([number(1.0), minus(times([l0(), power(L, -1)]))]), I]);
+    Forms {
+        force: vec![scaled(&[strain(), N])],
+        by_position: vec![
+            scaled(&[plus([nn(), times([relative(), across()])])]),
+            scaled(&[plus([shrunk, times([l0(), power(L, -1), nn()])])]),
+            scaled(&[plus([I, minus(times([l0(), power(L, -1), across()]))])]),
+        ],
+        by_velocity: Vec::new(),
+    }
 }

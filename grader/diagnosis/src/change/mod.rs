@@ -29,7 +29,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use scene::Scene;
-use scene::schema::{ForceSchema, Matrix};
+use scene::schema::{Dependence, ForceSchema, Matrix};
 use simulator::force;
 
 use expression::Expression;
@@ -72,6 +72,22 @@ impl Term {
         let mut kinds = force::REGISTRY.iter();
         let kind = kinds.find(|kind| kind.schema.tag == self.tag);
         &kind.unwrap_or_else(|| panic!("{} is no registered force", self.tag)).schema
+    }
+
+    fn depends_on(self) -> Dependence {
+        match self.part {
+            "" => self.schema().depends_on(),
+            part => self.schema().part(part).depends_on,
+        }
+    }
+
+    /// Whether this value of it is not always zero.
+    fn has(self, quantity: Quantity) -> bool {
+        match quantity {
+            Quantity::Force => true,
+            Quantity::ByPosition => self.depends_on().position,
+            Quantity::ByVelocity => self.depends_on().velocity,
+        }
     }
 }
 

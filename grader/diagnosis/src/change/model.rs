@@ -8,7 +8,6 @@ use scene::schema::Convergence;
 use scene::trace::State;
 use scene::{self, ForceElement, Parameters, Scene};
 
-use super::candidates::has_quantity;
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
 use super::rounds::{Rounds, is_of_rounds};
@@ -764,7 +763,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
     let is_overwritten = |term: Term, place: usize| {
         let quantity = [Quantity::ByPosition, Quantity::ByVelocity][place];
         let of_force = Term::of(term.schema());
-        let last = of_force.iter().rfind(|term| has_quantity(**term, quantity));
+        let last = of_force.iter().rfind(|term| term.has(quantity));
         let is_its = |change: &Change| {
             change.effect == Effect::Scene(SceneRule::Assigned(term.tag, quantity, true))
         };

@@ -20,7 +20,7 @@ use scene::{Rendering, Scene};
 use super::form::Kind;
 use super::judged::{JudgedScene, Outcome};
 use super::scope::Failing;
-use super::search::Thresholds;
+use super::thresholds::Thresholds;
 use crate::bound::Bound;
 use crate::steps::{self, Evidence, Rounding, WrongSteps};
 

@@ -21,6 +21,7 @@ mod judged;
 mod scope;
 mod search;
 mod tasks;
+mod thresholds;
 mod trace;
 
 use std::collections::BTreeSet;
@@ -42,10 +43,10 @@ pub use feature::{Family, Feature, Part, Symptom};
 use form::Kind;
 pub use judged::{ContextRow, Diagnosis, FirstWrong, Found, JudgedScene, Outcome, Restarts};
 use scope::Failing;
-pub use search::Thresholds;
 use search::{Assignment, Cause};
 pub use tasks::of_passed as tasks_of_passed;
 pub use tasks::{TaskFinding, TaskVerdict};
+pub use thresholds::Thresholds;
 pub use trace::is_recorded;
 
 /// Minimum number of failing scenes from which a feature is inferred.

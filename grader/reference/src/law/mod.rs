@@ -82,7 +82,7 @@ impl Law {
     }
 
     /// The same, smooth only within this length of the particles' places.
-    pub const fn smooth_within(mut self, length: fn(&[At<'_, f64>]) -> f64) -> Self {
+    pub const fn smooth_within(mut self, length: StencilLength) -> Self {
         if let Form::Stencil { smooth, .. } = &mut self.form {
             *smooth = Some(length);
         }
@@ -156,7 +156,7 @@ enum Form {
         dual: StencilLaw<Dual64>,
         scale: StencilScale,
         /// The length within which it is smooth, if that is shorter than the distances of the particles.
-        smooth: Option<fn(&[At<'_, f64>]) -> f64>,
+        smooth: Option<StencilLength>,
     },
     /// The force on each particle by itself.
     Field { plain: FieldLaw<f64>, dual: FieldLaw<Dual64>, scale: fn(&[f64], &At<'_, f64>) -> Scale },
@@ -181,6 +181,9 @@ pub type StencilLaw<T> = fn(&[f64], &[At<'_, T>]) -> Vec<Vector<T>>;
 
 /// The largest scale of the particles, from the velocities themselves and not from their differences.
 pub type StencilScale = fn(&[f64], &[At<'_, f64>]) -> Scale;
+
+/// A length of the particles' places.
+pub type StencilLength = fn(&[At<'_, f64>]) -> f64;
 
 /// `f(parameters, particle)`.
 type FieldLaw<T> = fn(&[f64], &At<'_, T>) -> Vector<T>;

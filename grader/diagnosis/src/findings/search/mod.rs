@@ -10,7 +10,6 @@
 //! on every machine. A choice between changes that explain the same is made again once another cause is known.
 
 mod residuals;
-mod thresholds;
 mod weigh;
 
 use std::collections::{BTreeSet, HashMap};
@@ -24,8 +23,8 @@ use scene::schema::{Convergence, IntegratorSchema, Matrix};
 use super::evidence::{Agreement, Marked};
 use super::form::Kind;
 use super::judged::Outcome;
+use super::thresholds::Thresholds;
 use residuals::{pairs_of, survivors, with_rules};
-pub use thresholds::Thresholds;
 use weigh::Weighed;
 
 /// Changes that are proven together.

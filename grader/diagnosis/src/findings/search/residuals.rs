@@ -8,9 +8,9 @@ use crate::change::round_changes;
 use crate::change::{Change, Effect, Factor, Model, Place, Quantity, Term};
 use rayon::prelude::*;
 
-use super::Thresholds;
 use crate::findings::evidence::{Agreement, Samples, SceneEvidence};
 use crate::findings::fit::{self, simplest};
+use crate::findings::thresholds::Thresholds;
 use crate::steps::Evidence;
 
 /// The single changes that make the sampled steps of a scene, the most usual first.

@@ -16,7 +16,7 @@ const root = path.resolve(__dirname, "../..");
 const work = path.join(root, "target/browser/pages");
 const screenshots = path.join(root, "target/browser/screenshots");
 const SCENE = "SpringDamping/shearing-triangle-linearized";
-const EXPLODES = "SpringDamping/strongly-damped-spoke-linearized";
+const EXPLODES = "FixedParticles/strongly-damped-spoke-linearized";
 
 // Texts that a submission may print. None may run, and none may break the layout.
 const HOSTILE = [

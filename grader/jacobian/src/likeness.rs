@@ -4,6 +4,7 @@
 //! `J = c D` for one number `c`: missing (0), negative (−1) or a factor. Then `J = Dᵀ`, exchanged rows or columns, an error
 //! of rank one, and a Jacobian that is that of another state.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// Tolerance of comparisons, relative to the larger number.
@@ -234,37 +235,17 @@ impl Pair<'_> {
 
     fn exchanged(&self) -> Option<Change> {
         for size in [self.block.max(1), 1] {
-            let mut columns: Vec<usize> = self.wrong.iter().map(|(_, c)| c / size).collect();
-            columns.sort_unstable();
-            columns.dedup();
-            if let [first, second] = columns[..] {
-                let other = |column: usize| match column / size {
-                    at if at == first => second * size + column % size,
-                    at if at == second => first * size + column % size,
-                    _ => column,
-                };
-                let fits = (second + 1) * size <= self.columns();
-                if fits
-                    && self.matches(Region::All, |row, column| self.measured(row, other(column)))
-                {
-                    return Some(Change::ColumnsExchanged(first, second));
-                }
+            let columns = Exchange::of(self.wrong.iter().map(|(_, column)| *column), size);
+            if let Some(two) = columns.filter(|two| two.fits(self.columns()))
+                && self.matches(Region::All, |row, column| self.measured(row, two.other(column)))
+            {
+                return Some(Change::ColumnsExchanged(two.first, two.second));
             }
-            let mut rows: Vec<usize> = self.wrong.iter().map(|(r, _)| r / size).collect();
-            rows.sort_unstable();
-            rows.dedup();
-            if let [first, second] = rows[..] {
-                let other = |row: usize| match row / size {
-                    at if at == first => second * size + row % size,
-                    at if at == second => first * size + row % size,
-                    _ => row,
-                };
-                let fits = (second + 1) * size <= self.rows;
-                if fits
-                    && self.matches(Region::All, |row, column| self.measured(other(row), column))
-                {
-                    return Some(Change::RowsExchanged(first, second));
-                }
+            let rows = Exchange::of(self.wrong.iter().map(|(row, _)| *row), size);
+            if let Some(two) = rows.filter(|two| two.fits(self.rows))
+                && self.matches(Region::All, |row, column| self.measured(two.other(row), column))
+            {
+                return Some(Change::RowsExchanged(two.first, two.second));
             }
         }
         None
@@ -285,6 +266,40 @@ impl Pair<'_> {
             let bound = self.bounds[row] + self.bounds[pivot_row];
             (value - expected).abs() <= 16.0 * bound + 1e-3 * value.abs().max(expected.abs())
         })
+    }
+}
+
+/// Two blocks of rows or columns in each other's place.
+struct Exchange {
+    first: usize,
+    second: usize,
+    size: usize,
+}
+
+impl Exchange {
+    /// The two blocks of this size in which these indices lie; `None` if they lie in another number of blocks.
+    fn of(indices: impl Iterator<Item = usize>, size: usize) -> Option<Self> {
+        let blocks: BTreeSet<usize> = indices.map(|index| index / size).collect();
+        let mut blocks = blocks.into_iter();
+        match (blocks.next(), blocks.next(), blocks.next()) {
+            (Some(first), Some(second), None) => Some(Self { first, second, size }),
+            _ => None,
+        }
+    }
+
+    /// Whether both lie within `count` rows or columns.
+    fn fits(&self, count: usize) -> bool {
+        (self.second + 1) * self.size <= count
+    }
+
+    /// The index that stands in the place of this one.
+    fn other(&self, index: usize) -> usize {
+        let within = index % self.size;
+        match index / self.size {
+            block if block == self.first => self.second * self.size + within,
+            block if block == self.second => self.first * self.size + within,
+            _ => index,
+        }
     }
 }
 

@@ -120,7 +120,8 @@ impl Entry {
         self.values().into_iter().flatten().reduce(smaller)
     }
 
-    /// Difference between the entry and the finite differences (the second estimate if there are none), with its uncertainty.
+    /// Difference between the entry and the finite differences, with its uncertainty; where these have no value, that between
+    /// the entry and the second estimate.
     /// Not finite if the entry is not.
     pub fn error(&self) -> Estimate {
         match self.values().into_iter().flatten().next() {

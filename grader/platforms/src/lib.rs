@@ -21,6 +21,11 @@ pub mod package;
 pub mod pipeline;
 pub mod prairielearn;
 
+/// The text as one word of a command in a shell.
+pub fn shell_word(text: &str) -> String {
+    format!("'{}'", text.replace('\'', r"'\''"))
+}
+
 /// A feature as students read it: with its section, unless that is the required one.
 fn title(result: &FeatureResult) -> String {
     match result.feature.section {

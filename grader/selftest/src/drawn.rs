@@ -276,7 +276,7 @@ impl<'a> Drawn<'a> {
         let judge = |case: &Case, criteria: Criteria| {
             grading::judge(case, oracle, criteria, || self.states(&student, case))
         };
-        grading::collect(suite, String::new(), oracle, rubric, limits, judge)
+        grading::collect_within(limits, suite, String::new(), oracle, rubric, judge)
     }
 
     fn describe(&self) -> String {
@@ -432,9 +432,9 @@ pub struct Moved {
 pub fn moved(inputs: Inputs<'_>, plan: Plan) -> Vec<Moved> {
     let default = Thresholds::default();
     let mut all = vec![(None, f64::NAN, default)];
-    for &(number, value) in Thresholds::ALL {
-        let factors = [0.25, 4.0];
-        all.extend(factors.map(|by| (Some(number), value * by, default.moved(number, by))));
+    for &number in Thresholds::ALL {
+        let moved = [0.25, 4.0].map(|factor| default.moved(number, factor));
+        all.extend(moved.map(|limits| (Some(number), limits.number(number), limits)));
     }
     let graded = |(number, value, limits): (Option<&'static str>, f64, Thresholds)| {
         let start = Instant::now();

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::mistake::{self, Mistake};
 use super::student::{self, Student};
 use super::{Expectation, Graded, Outcome, Row};
-use diagnosis::findings::{Symptom, Thresholds};
+use diagnosis::findings::Symptom;
 use grader::compare::{Comparison, Criteria};
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
@@ -23,14 +23,9 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric, subject: Option<&st
     let judge = |student: &Student, case: &Case, criteria: Criteria| {
         grading::judge(case, oracle, criteria, || Ok(Box::new(student.simulate(&case.scene))))
     };
-    let correct = grading::collect(
-        suite,
-        String::new(),
-        oracle,
-        rubric,
-        &Thresholds::default(),
-        |case, criteria| judge(&faultless, case, criteria),
-    );
+    let correct = grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
+        judge(&faultless, case, criteria)
+    });
     let known: HashMap<&str, (Comparison, Vec<State>)> = suite
         .cases
         .par_iter()
@@ -48,20 +43,13 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric, subject: Option<&st
     }];
     let row = |mistake: &Mistake| {
         let student = mistake.student();
-        let grading = grading::collect(
-            suite,
-            String::new(),
-            oracle,
-            rubric,
-            &Thresholds::default(),
-            |case, criteria| {
-                // On other scenes, the code with the mistake does not run.
-                match known.get(case.id.as_str()) {
-                    Some(known) if !mistake.can_matter_on(&case.scene) => known.clone(),
-                    _ => judge(&student, case, criteria),
-                }
-            },
-        );
+        let grading = grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
+            // On other scenes, the code with the mistake does not run.
+            match known.get(case.id.as_str()) {
+                Some(known) if !mistake.can_matter_on(&case.scene) => known.clone(),
+                _ => judge(&student, case, criteria),
+            }
+        });
         Row {
             subject: mistake.subject.to_owned(),
             description: mistake.description.to_owned(),
@@ -84,18 +72,11 @@ pub fn of_two(
     [first, second]: [&Mistake; 2],
 ) -> Grading {
     let student = first.and(second);
-    grading::collect(
-        suite,
-        String::new(),
-        oracle,
-        rubric,
-        &Thresholds::default(),
-        |case, criteria| {
-            let start = || Ok(Box::new(student.simulate(&case.scene)) as Box<_>);
-            let (comparison, _) = grading::judge(case, oracle, criteria, start);
-            (comparison, Vec::new())
-        },
-    )
+    grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
+        let start = || Ok(Box::new(student.simulate(&case.scene)) as Box<_>);
+        let (comparison, _) = grading::judge(case, oracle, criteria, start);
+        (comparison, Vec::new())
+    })
 }
 
 /// The second simulator is written in Rust, and built with the grader.

@@ -13,7 +13,6 @@ use scene::{Dimension, Scene};
 
 use super::library::{self, Build, Planned};
 use super::{Graded, Outcome, Row};
-use diagnosis::findings::Thresholds;
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
@@ -203,14 +202,7 @@ fn grade(
     };
     let judge =
         |case: &Case, criteria| grading::judge(case, oracle, criteria, || submission.states(case));
-    Graded::of(&grading::collect(
-        &part,
-        submission.name(),
-        oracle,
-        rubric,
-        &Thresholds::default(),
-        judge,
-    ))
+    Graded::of(&grading::collect(&part, submission.name(), oracle, rubric, judge))
 }
 
 /// Builds a source in the sandbox. The folder that it runs from exists as long as the returned value.

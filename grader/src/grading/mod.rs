@@ -293,13 +293,24 @@ impl<'a> Grader<'a> {
     }
 }
 
-/// Judges every scene of the suite by `judge`, in parallel, and looks for causes within these limits.
+/// Judges every scene of the suite by `judge`, in parallel.
 pub fn collect(
     suite: &Suite,
     submission: impl Into<Untrusted>,
     oracle: &Oracle,
     rubric: &Rubric,
+    judge: impl Fn(&Case, Criteria) -> (Comparison, Vec<State>) + Sync,
+) -> Grading {
+    collect_within(&Thresholds::default(), suite, submission, oracle, rubric, judge)
+}
+
+/// The same, with these numbers of the search for causes.
+pub fn collect_within(
     limits: &Thresholds,
+    suite: &Suite,
+    submission: impl Into<Untrusted>,
+    oracle: &Oracle,
+    rubric: &Rubric,
     judge: impl Fn(&Case, Criteria) -> (Comparison, Vec<State>) + Sync,
 ) -> Grading {
     let cases = suite.cases.par_iter();

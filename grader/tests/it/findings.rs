@@ -2,7 +2,7 @@
 
 use diagnosis::change::candidates;
 use diagnosis::change::{Change, Model, Term};
-use diagnosis::findings::{Finding, FindingKind, Thresholds};
+use diagnosis::findings::{Finding, FindingKind};
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
@@ -64,23 +64,16 @@ fn findings_in(
     let mut rubric = Rubric::load(&folder.join("rubric.toml")).expect("a rubric");
     rubric.assign(assignment);
     let oracle = Oracle::open(&root().join("expected")).expect("an oracle");
-    let grading = grading::collect(
-        &suite,
-        String::new(),
-        &oracle,
-        &rubric,
-        &Thresholds::default(),
-        |case, criteria| {
-            grading::judge(case, &oracle, criteria, || {
-                if case.scene.particles.len() > SMALL {
-                    let missing = NoTrace::Missing { stem: (&case.id).into(), other_case: None };
-                    return Err(Verdict::Fail(Failure::NoTrace(missing)));
-                }
-                let states = program(&case.scene);
-                Ok(Box::new(States(states.into_iter())) as Box<dyn StateSource>)
-            })
-        },
-    );
+    let grading = grading::collect(&suite, String::new(), &oracle, &rubric, |case, criteria| {
+        grading::judge(case, &oracle, criteria, || {
+            if case.scene.particles.len() > SMALL {
+                let missing = NoTrace::Missing { stem: (&case.id).into(), other_case: None };
+                return Err(Verdict::Fail(Failure::NoTrace(missing)));
+            }
+            let states = program(&case.scene);
+            Ok(Box::new(States(states.into_iter())) as Box<dyn StateSource>)
+        })
+    });
     grading.findings.list
 }
 

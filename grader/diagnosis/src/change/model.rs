@@ -712,21 +712,19 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
             if element.schema.tag != tag {
                 continue;
             }
-            let mut particles = particles_of(scene, element);
+            let before = &mut all[..number];
             if let SceneRule::Assigned(_, quantity, _) = rule {
                 let blocks = blocks_of(scene, element);
                 let place = usize::from(quantity == Quantity::ByVelocity);
-                all[..number].iter_mut().for_each(|lost| lost.blocks[place].extend(&blocks));
+                before.iter_mut().for_each(|lost| lost.blocks[place].extend(&blocks));
                 continue;
             }
-            match rule {
-                SceneRule::Overwrites(_, Ends::First) => particles.truncate(1),
-                SceneRule::Overwrites(_, Ends::Second) if particles.len() > 1 => {
-                    particles = vec![particles[1]];
-                }
-                _ => {}
-            }
-            all[..number].iter_mut().for_each(|lost| lost.particles.extend(&particles));
+            let particles = match (&element.particles[..], rule) {
+                ([first, ..], SceneRule::Overwrites(_, Ends::First)) => vec![*first],
+                ([_, second, ..], SceneRule::Overwrites(_, Ends::Second)) => vec![*second],
+                _ => particles_of(scene, element),
+            };
+            before.iter_mut().for_each(|lost| lost.particles.extend(&particles));
         }
     }
     all

@@ -17,13 +17,20 @@ macro_rules! thresholds {
         }
 
         impl Thresholds {
-            /// Every number by its name, with its default.
-            pub const ALL: &'static [(&'static str, f64)] =
-                &[$((stringify!($name), $value as f64),)*];
+            /// The name of every number.
+            pub const ALL: &'static [&'static str] = &[$(stringify!($name),)*];
+
+            /// The number of this name; NaN if there is none.
+            pub fn number(&self, name: &str) -> f64 {
+                match name {
+                    $(stringify!($name) => self.$name as f64,)*
+                    _ => f64::NAN,
+                }
+            }
 
             /// These with one of them multiplied; counts are rounded down.
-            pub fn moved(mut self, number: &str, factor: f64) -> Self {
-                match number {
+            pub fn moved(mut self, name: &str, factor: f64) -> Self {
+                match name {
                     $(stringify!($name) => {
                         self.$name = (self.$name as f64 * factor) as $type;
                     })*
@@ -72,7 +79,7 @@ thresholds! {
     small: usize = 10,
     /// The rank from which a change is far-fetched: only most of its scenes prove it.
     far_fetched: u8 = 3,
-    /// Scenes in tenths that a cause must explain of those in which a left-out feature alone acts.
+    /// Scenes that are explained, for each that is not, from which nearly all are.
     most: usize = 9,
     /// Changes that explain some of the scenes of a cause, which are kept to be tried beside other causes.
     rivals: usize = 12,

@@ -8,6 +8,7 @@ use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, GradingOutcome};
 use grader::submission::Submission;
 use platforms::gradescope::score::Score;
+use platforms::shell_word;
 use sandbox::Protection;
 use simulator::solver::linear::LinearSolver;
 
@@ -280,5 +281,5 @@ impl GradeArgs {
 fn quoted(path: &Path) -> String {
     let text = path.display().to_string();
     let is_plain = |c: char| c.is_alphanumeric() || "-_./+,:@=%".contains(c);
-    if text.chars().all(is_plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
+    if text.chars().all(is_plain) { text } else { shell_word(&text) }
 }

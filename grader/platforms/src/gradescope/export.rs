@@ -13,6 +13,7 @@ use std::io;
 use super::results;
 use super::score::Score;
 use crate::package::PackageFile;
+use crate::shell_word;
 
 /// The minor version of glibc 2 of the oldest base image, Ubuntu 22.04.
 pub const GLIBC: u32 = 35;
@@ -56,9 +57,12 @@ pub fn files(program: Program, settings: &Settings) -> io::Result<Vec<PackageFil
     let hidden = if *hidden { " --hidden \"$source/suite/hidden\"" } else { "" };
     let setup = include_str!("setup.sh")
         .replace("HIDDEN", hidden)
-        .replace("PACKAGES", &packages.iter().map(|it| quoted(it)).collect::<Vec<_>>().join(" "))
+        .replace(
+            "PACKAGES",
+            &packages.iter().map(|it| shell_word(it)).collect::<Vec<_>>().join(" "),
+        )
         .replace("BUILD\n", build);
-    let arguments = format!(" --assignment {}{hidden}", quoted(assignment));
+    let arguments = format!(" --assignment {}{hidden}", shell_word(assignment));
     let run = include_str!("run_autograder.sh")
         .replace("SECONDS_OF_RUN", &seconds.to_string())
         .replace(" ARGUMENTS", &arguments);
@@ -76,9 +80,4 @@ pub fn files(program: Program, settings: &Settings) -> io::Result<Vec<PackageFil
         files.push(PackageFile::program("grade", bytes));
     }
     Ok(files)
-}
-
-/// A word of a shell command.
-fn quoted(word: &str) -> String {
-    format!("'{}'", word.replace('\'', "'\\''"))
 }

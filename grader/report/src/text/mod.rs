@@ -274,7 +274,7 @@ fn verdict_cell(result: &FeatureResult) -> Cell {
     }
 }
 
-/// `2/3`, or `-` if there are none.
+/// `2/3`, or `-` where `all` is 0.
 pub(super) fn count(passed: usize, all: usize) -> String {
     if all == 0 { "-".to_owned() } else { format!("{passed}/{all}") }
 }

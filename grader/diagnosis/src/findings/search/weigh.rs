@@ -59,6 +59,7 @@ impl Search<'_> {
             let of = |change: Change| self.weigh(made, vec![change], false);
             changes.into_par_iter().filter_map(of).collect()
         };
+        changes.retain(|change| !made.contains(change));
         // If the force alone is left out, its Jacobians are there.
         changes.retain(|change| {
             let Place::Force(term) = change.place else { return true };
@@ -71,7 +72,6 @@ impl Search<'_> {
         });
         let mut silent = weighed(silent);
         silent.retain(|one| self.is_in_most(one));
-        changes.retain(|change| !made.contains(change));
         let mut found = weighed(changes);
         found.retain(|one| {
             let is_integrators = silent.iter().any(|other| {
@@ -154,12 +154,16 @@ impl Search<'_> {
         });
         let own: Vec<usize> = own.collect();
         let shown = own.iter().filter(|number| one.explained.contains(number)).count();
-        one.explained.len() > 1 && 10 * shown >= 9 * own.len()
+        one.explained.len() > 1 && self.is_nearly_all(shown, own.len() - shown)
     }
 
     /// Whether it explains nearly all failing scenes in which it acts.
     fn is_in_most(&self, one: &Weighed) -> bool {
-        one.explained.len() >= self.limits.most * one.unexplained
+        self.is_nearly_all(one.explained.len(), one.unexplained)
+    }
+
+    fn is_nearly_all(&self, right: usize, wrong: usize) -> bool {
+        right >= self.limits.most * wrong
     }
 
     /// The best of these that whole replays prove, with its alternatives.
@@ -306,8 +310,8 @@ impl Search<'_> {
             })
             .map(|(number, _)| *number)
             .collect();
-        // A replay that fails in most scenes is none.
-        let is_most = 10 * explained.len() >= 9 * weighed.explained.len();
+        let wrong = weighed.explained.len() - explained.len();
+        let is_most = self.is_nearly_all(explained.len(), wrong);
         // What acts in one scene alone has no second that could confirm it.
         let has_one_scene = |change: &Change| {
             self.scenes.iter().filter(|s| change.must_act_in(&s.scene)).count() == 1
@@ -360,8 +364,7 @@ impl Search<'_> {
         }
         // Something moves: then not nothing moves.
         let is_idle = |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Idle));
-        if weighed.changes.iter().any(is_idle) && 9 * weighed.unexplained > weighed.explained.len()
-        {
+        if weighed.changes.iter().any(is_idle) && !self.is_in_most(&weighed) {
             return None;
         }
         (is_probe || !weighed.explained.is_empty()).then_some(weighed)

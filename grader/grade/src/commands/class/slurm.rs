@@ -238,7 +238,7 @@ fn quoted(path: &Path) -> Result<String, Stop> {
     let text = path.to_str().ok_or_else(|| {
         Stop::bad_input(format!("{}: is not UTF-8, and cannot be part of a job", path.display()))
     })?;
-    Ok(format!("'{}'", text.replace('\'', r"'\''")))
+    Ok(platforms::shell_word(text))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! No step of projected Newton is redone to find a cause, so that most mistakes in it leave no finding. No finding is false.
 
 use diagnosis::change::Task;
-use diagnosis::findings::{Feature, Finding, FindingKind, Thresholds};
+use diagnosis::findings::{Feature, Finding, FindingKind};
 use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
@@ -47,17 +47,10 @@ impl Inputs {
         written: fn(Box<dyn StateSource>) -> Box<dyn StateSource>,
     ) -> Grading {
         let Self { suite, oracle, rubric } = self;
-        grading::collect(
-            suite,
-            String::new(),
-            oracle,
-            rubric,
-            &Thresholds::default(),
-            |case, criteria| {
-                let start = || Ok(written(Box::new(student.simulate(&case.scene))));
-                grading::judge(case, oracle, criteria, start)
-            },
-        )
+        grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
+            let start = || Ok(written(Box::new(student.simulate(&case.scene))));
+            grading::judge(case, oracle, criteria, start)
+        })
     }
 }
 

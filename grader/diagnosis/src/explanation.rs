@@ -10,7 +10,10 @@ use crate::steps::Evidence;
 /// Multiple of a step's noise that its rule for positions may be off.
 const OFF: f64 = 3.0;
 
-/// A wrong step, at the particle that is furthest off.
+/// Share of the largest residual from which on a particle is wrong in a step.
+const SHARE: f64 = 1e-3;
+
+/// A wrong step, at the first wrong particle of the trace; where that one is right in this step, at the one furthest off.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
     /// The step, counted from 1.
@@ -60,8 +63,14 @@ pub struct Contribution {
 }
 
 impl Explanation {
-    /// The first wrong step of a scene, with these mistakes; `None` if none of the steps is wrong.
-    pub fn of(scene: &Scene, steps: &[Evidence], mistakes: &[Change]) -> Option<Self> {
+    /// The first wrong step of a scene, with these mistakes; `None` if none of the steps is wrong. `first_wrong` is the
+    /// first particle whose numbers are out of tolerance.
+    pub fn of(
+        scene: &Scene,
+        steps: &[Evidence],
+        mistakes: &[Change],
+        first_wrong: Option<usize>,
+    ) -> Option<Self> {
         let Evidence { sample, noise, .. } = steps.iter().find(|evidence| evidence.is_wrong())?;
         let model = Model::new(scene, &[]);
         let axes = scene.dimension.count();
@@ -80,7 +89,9 @@ impl Explanation {
         let of_particle =
             |particle: usize| (particle * axes..(particle + 1) * axes).map(off).sum::<f64>();
         let particles = 0..scene.particles.len();
-        let particle = particles.max_by(|a, b| of_particle(*a).total_cmp(&of_particle(*b)))?;
+        let furthest = particles.max_by(|a, b| of_particle(*a).total_cmp(&of_particle(*b)))?;
+        let is_off = |particle: &usize| of_particle(*particle) > SHARE * of_particle(furthest);
+        let particle = first_wrong.filter(is_off).unwrap_or(furthest);
         let at = |values: &[f64]| values[particle * axes..(particle + 1) * axes].to_vec();
         let state = |state: &scene::trace::State| [at(&state.positions), at(&state.velocities)];
         let changed = (!mistakes.is_empty()).then(|| Model::new(scene, mistakes));

@@ -45,6 +45,12 @@ pub struct WrongSteps {
 }
 
 impl WrongSteps {
+    /// Whether the first step is right and every later one is wrong.
+    pub fn is_right_first_alone(&self) -> bool {
+        let Self { total, wrong, ranges, .. } = self;
+        *total > 2 && wrong + 1 == *total && ranges.first().is_some_and(|range| range[0] == 2)
+    }
+
     /// The description.
     pub fn words(&self) -> String {
         let start = if self.starts_right {

@@ -164,6 +164,8 @@ pub(crate) struct Implicit {
     pub(crate) matrix: fn(f64, f64, f64, f64) -> f64,
     /// An entry of the right-hand side: `(m, v, u, F, h)`.
     pub(crate) right_hand_side: fn(f64, f64, f64, f64, f64) -> f64,
+    /// The entry of the matrix that its solver reads at this row and column.
+    pub(crate) solved: fn(&DMatrix<f64>, usize, usize) -> f64,
     /// The entry of the mass matrix for a mass.
     pub(crate) mass: fn(f64) -> f64,
     /// The new position: `(q, v, v', h)`.
@@ -461,6 +463,7 @@ impl Student {
             jacobians_at: |q, u, h| q + h * u,
             matrix: |m, dx, dv, h| m - (h * h * dx + h * dv),
             right_hand_side: |m, v, u, f, h| -m * (u - v) + h * f,
+            solved: |matrix, row, column| matrix[(row, column)],
             mass: |m| m,
             position: |q, _, new, h| q + h * new,
             max_iterations: MAX_NEWTON_ITERATIONS,
@@ -779,6 +782,8 @@ impl Plane {
                 (self.student.fixed.hold)(&mut matrix, &mut right, i, particle.mass);
             }
             let nonsense = || DVector::repeat(2 * u.len(), f64::NAN);
+            let read = |row, column| (method.solved)(&matrix, row, column);
+            let matrix = DMatrix::from_fn(2 * u.len(), 2 * u.len(), read);
             let delta = matrix.lu().solve(&right).unwrap_or_else(nonsense);
             for (i, u) in u.iter_mut().enumerate() {
                 *u += delta.fixed_rows::<2>(2 * i);

@@ -8,7 +8,7 @@ use crate::rubric::Breaker;
 use crate::suite::Case;
 use crate::verdict::{Failure, Skipped, Verdict};
 
-/// Number of features whose first scenes are run before the others.
+/// Number of features whose first scenes are run before the others; those that a program refuses are not counted.
 pub(super) const PILOTS: usize = 4;
 
 /// The failures of one feature so far.
@@ -46,7 +46,7 @@ pub(super) fn after_pilots<'a>(
     breaker: Breaker,
 ) -> Option<Failure> {
     let mut count = 0;
-    for verdict in verdicts {
+    for verdict in verdicts.filter(|verdict| !verdict.is_lack()) {
         if !matches!(verdict, Verdict::Fail(failure) if failure.is_timeout()) {
             return None;
         }
@@ -71,7 +71,7 @@ pub(super) fn by_feature(cases: &[Case]) -> Vec<Vec<&Case>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::{LastOutput, RunEnd, RunFailure};
+    use crate::verdict::{Lack, LastOutput, RunEnd, RunFailure};
 
     fn failures(verdicts: &[Failure]) -> Failures {
         let mut failures = Failures::default();
@@ -114,6 +114,9 @@ mod tests {
         let timed_out = vec![Verdict::Fail(timeout()); PILOTS];
         assert_eq!(all(&timed_out), Some("timed-out"));
         assert_eq!(all(&timed_out[1..]), None);
+        let refused = Lack::LeftOut { words: "springforce".into() };
+        let lack = Verdict::Fail(Failure::NotImplemented(refused));
+        assert_eq!(all(&[vec![lack], timed_out.clone()].concat()), Some("timed-out"));
         let mut one_passed = timed_out;
         one_passed[3] = Verdict::Pass;
         assert_eq!(all(&one_passed), None);

@@ -88,7 +88,7 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         Failure::Malformed { fault: FormFault::Time { state: 1, found, .. }, .. } => {
             Outcome::OtherTimes(*found)
         }
-        Failure::Malformed { .. } => Outcome::Malformed,
+        Failure::Malformed { fault, .. } => Outcome::Malformed(fault.to_string()),
         Failure::NotFinite { place, .. } => Outcome::NotFinite(place.step),
         Failure::TooShort { states, expected } => {
             Outcome::TooShort { states: *states, expected: *expected }

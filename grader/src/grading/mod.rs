@@ -227,16 +227,24 @@ impl<'a> Grader<'a> {
         let Self { suite, rubric, observer, .. } = *self;
         observer.notice(Event::Task(Task::Scenes(suite.cases.len())));
         let features = breaker::by_feature(&suite.cases);
-        let is_pilot = matches!(submission, Submission::Program(_));
-        let (first, rest) =
-            features.split_at(if is_pilot { PILOTS.min(features.len()) } else { 0 });
         let judge_first = |cases: &Vec<&'a Case>| {
             let mut failures = Failures::default();
             let judged = self.scene(cases[0], submission, None)?;
             failures.add(&judged.result.comparison.verdict);
             Some((judged, failures))
         };
-        let pilots: Vec<_> = first.par_iter().filter_map(judge_first).collect();
+        let mut pilots: Vec<(Judged<'a>, Failures)> = Vec::new();
+        let mut wanted = if matches!(submission, Submission::Program(_)) { PILOTS } else { 0 };
+        while wanted > 0 && pilots.len() < features.len() && !observer.is_stopped() {
+            let first = features[pilots.len()..].par_iter().take(wanted);
+            let judged: Vec<_> = first.filter_map(judge_first).collect();
+            // One that is refused shows nothing of the others.
+            let refused =
+                |(judged, _): &&(Judged<'a>, _)| judged.result.comparison.verdict.is_lack();
+            wanted = judged.iter().filter(refused).count();
+            pilots.extend(judged);
+        }
+        let rest = &features[pilots.len()..];
         let verdicts = pilots.iter().map(|(judged, _)| &judged.result.comparison.verdict);
         let broken = breaker::after_pilots(verdicts, rubric.breaker());
         let begun = pilots.iter().map(|(_, failures)| (1, failures.clone()));

@@ -111,12 +111,51 @@ fn changes_are_identified_from_traces() {
         "simplegravity does not act on the last particle",
         "symplectic-euler: positions move first, with the old velocity; forces are evaluated there",
         "linearized-implicit-euler: the forces are divided by the mass, and the matrix has M",
+        "linearized-implicit-euler: the matrix is solved as a symmetric one, by its lower triangle",
+        "linearized-implicit-euler: the matrix has the blocks on its diagonal alone",
+        "implicit methods hold only the first of several fixed particles",
+        "linearized-implicit-euler: the Jacobians are those of the step before",
+        "linearized-implicit-euler: the right-hand side has h² dF/dx v as well, although forces are taken at x + h v",
+        "symplectic-euler: each particle moves before the forces on the next are evaluated",
+        "dragdamping acts on as many coordinates as there are particles, the first ones",
+        "dragdamping reads the velocities at the start of the step under implicit methods",
+        "dragdamping has each component of v_i multiplied by its size",
+        "simplegravity has its y component with the wrong sign",
+        "gravitationalforce reads a mass at the number of its particle, in a list with one for each coordinate",
+        "gravitationalforce lacks the factors m_i and m_j",
+        "gravitationalforce has l² in the place of l, in its Jacobians as well",
+        "dF/dx of gravitationalforce has its block j i added to the block i j",
+        "the last element of springforce has no effect, in forces alone",
+        "springforce takes the initial distance of its particles for l0",
+        "springforce's elastic force takes y_i − x_j for y_i − y_j, in its Jacobians as well",
+        "dF/dx of springforce's elastic force has the xx entry of its blocks in the place of the yy entry",
+        "springforce's damping has v_i − (v_j.x, v_j.x) in the place of w",
     ] {
         let found = findings(&[candidate(words)], |states| states);
         let [Finding { kind: FindingKind::Cause, words: named, .. }] = found.as_slice() else {
             panic!("{words}: {found:#?}");
         };
         assert!(named.iter().any(|named| named == words), "{words}: {named:?}");
+    }
+}
+
+#[test]
+fn a_finding_on_fixed_particles_says_which_one_moves_and_how_far() {
+    let suite = suite();
+    for words in [
+        "explicit methods move fixed particles by forces",
+        "fixed particles stand still, although they have a velocity",
+    ] {
+        let change = candidate(words);
+        let found = findings(std::slice::from_ref(&change), |states| states);
+        let example = found[0].example.as_deref().unwrap_or_else(|| panic!("{found:#?}"));
+        let (place, what) = example.split_once(", ").expect("a place");
+        let (_, rest) = what.split_once("particle ").expect("a particle");
+        let number = rest.split(' ').next().and_then(|number| number.parse::<usize>().ok());
+        let case = suite.cases.iter().find(|case| place.ends_with(&case.id)).expect("a scene");
+        let particle = number.and_then(|number| case.scene.particles.get(number));
+        assert!(particle.is_some_and(|particle| particle.fixed), "{example}");
+        assert!(what.ends_with(", though it is fixed"), "{example}");
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
-use scene::schema::StepEquation;
+use scene::schema::{Masses, StepEquation};
 use scene::{Dimension, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
@@ -14,8 +14,9 @@ use super::forms::Forms;
 use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, MassAt, Newton, Norm,
-    Particles, Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, MassAt, Newton,
+    Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start, Term, Unknowns,
+    Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -481,10 +482,35 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (Ends::First, "acts on the first of two particles only"),
             (Ends::Second, "acts on the second of two particles only"),
             (Ends::Same, "has the same sign on both particles"),
+            (Ends::SameAlong(0), "has the same sign on both particles along x"),
+            (Ends::SameAlong(1), "has the same sign on both particles along y"),
             (Ends::ByNumber, "has the wrong sign where the first particle's number is the larger"),
             (Ends::SecondAtIndex, "is added to components j and j + 1 for particle j"),
         ] {
             add(force, words, Effect::Ends(term, ends), 1);
+        }
+        if forms.is_some() {
+            let words = "has l² in the place of l, in its Jacobians as well";
+            add(force, words, Effect::Length(term, Softening::Square), 2);
+            let copied = |from: usize, to: usize| {
+                let [from_name, name] = [from, to].map(|axis| ["x", "y"][axis]);
+                let of_both =
+                    format!("reads the {from_name} coordinate of a particle as {name}, too");
+                let of_second = format!(
+                    "takes {name}_i − {from_name}_j for {name}_i − {name}_j, in its Jacobians as well"
+                );
+                [(Read::Copied(from, to), of_both), (Read::SecondCopied(from, to), of_second)]
+            };
+            let at_number =
+                "reads the coordinates of particle i at i and i + 1, not 2 i and 2 i + 1";
+            let all = [
+                vec![(Read::AtNumber, at_number.to_owned())],
+                copied(0, 1).into(),
+                copied(1, 0).into(),
+            ];
+            for (read, words) in all.into_iter().flatten() {
+                add(force, &words, Effect::Read(term, read), 2);
+            }
         }
         for exponent in 1..=if forms.is_some() { 12 } else { 0 } {
             let e = 10.0_f64.powi(-exponent);
@@ -510,6 +536,10 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (Particles::First, "acts on the first particle only"),
             (Particles::NotFirst, "does not act on the first particle"),
             (Particles::NotLast, "does not act on the last particle"),
+            (
+                Particles::FirstCoordinates,
+                "acts on as many coordinates as there are particles, the first ones",
+            ),
         ] {
             add(force, words, Effect::Particles(term, force, particles), 1);
         }
@@ -520,11 +550,45 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
         (Axes::Not(0), "lacks its x component"),
         (Axes::Not(1), "lacks its y component"),
         (Axes::Swapped, "has x and y swapped"),
+        (Axes::Scaled(0, -1.0), "has its x component with the wrong sign"),
+        (Axes::Scaled(1, -1.0), "has its y component with the wrong sign"),
+        (Axes::Copied(0, 1), "has its x component in the place of its y component"),
+        (Axes::Copied(1, 0), "has its y component in the place of its x component"),
     ];
     for (axes, words) in axes {
         add(force, words, Effect::Axes(term, force, axes), 2);
     }
     let depends_on = term.depends_on();
+    if forms.is_some() && term.schema().masses != Masses::None {
+        for (masses, words) in [
+            (
+                MassAt::Particle,
+                "reads a mass at the number of its particle, in a list with one for each coordinate",
+            ),
+            (MassAt::First, "has the first mass for every particle"),
+        ] {
+            add(force, words, Effect::Masses(term, FORCE, masses), 2);
+            if term.depends_on().has_jacobian() {
+                let words = format!("{words}{IN_JACOBIANS}");
+                add(force, &words, Effect::Masses(term, &Quantity::ALL, masses), 2);
+                let jacobians = Effect::Masses(term, JACOBIANS, masses);
+                add(Quantity::ByPosition, words.trim_end_matches(IN_JACOBIANS), jacobians, 2);
+            }
+        }
+    }
+    if depends_on.has_jacobian() {
+        let starts = [
+            (depends_on.position, Start::Positions, "positions"),
+            (depends_on.velocity, Start::Velocities, "velocities"),
+            (depends_on.position && depends_on.velocity, Start::Both, "positions and velocities"),
+        ];
+        for (_, start, what) in starts.into_iter().filter(|(is_read, ..)| *is_read) {
+            let words = format!("reads the {what} at the start of the step under implicit methods");
+            add(force, &words, Effect::Start(term, FORCE, start), 2);
+            let words = format!("{words}{IN_JACOBIANS}");
+            add(force, &words, Effect::Start(term, &Quantity::ALL, start), 2);
+        }
+    }
     for (quantity, is_there) in
         [(Quantity::ByPosition, depends_on.position), (Quantity::ByVelocity, depends_on.velocity)]
     {
@@ -565,6 +629,11 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 (Blocks::Symmetrized, "is made symmetric".to_owned()),
                 (Blocks::LocalIndices, local.to_owned()),
             ]);
+            for (row, column) in [(0, 1), (1, 0)].into_iter().filter(|_| is_pair) {
+                let [i, j] = [row, column].map(|place| names[place]);
+                let words = format!("has its block {j} {i} added to the block {i} {j}");
+                blocks.push((Blocks::OneSided(row), words));
+            }
             let pairs = (0..names.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
             for pair in pairs.filter(|_| !is_pair) {
                 let [i, j] = pair.map(|place| names[place]);
@@ -588,8 +657,15 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             add(quantity, &words, Effect::Blocks(term, quantity, blocks), 1);
         }
         if stencil.is_field() {
-            let words = "is there for the first particle only";
-            add(quantity, words, Effect::Particles(term, quantity, Particles::First), 1);
+            for (particles, words) in [
+                (Particles::First, "is there for the first particle only"),
+                (
+                    Particles::FirstCoordinates,
+                    "is there for as many coordinates as there are particles, the first ones",
+                ),
+            ] {
+                add(quantity, words, Effect::Particles(term, quantity, particles), 1);
+            }
         }
         for (axes, words) in [
             (Axes::Only(0), "has its x entry only"),
@@ -598,8 +674,32 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (Axes::Diagonal, "lacks the entries off the diagonal of its blocks"),
             (Axes::Swapped, "has x and y swapped"),
             (Axes::RowsSwapped, "has the rows of its blocks swapped"),
+            (
+                Axes::CrossNegated,
+                "has the entries off the diagonal of its blocks with the wrong sign",
+            ),
         ] {
             add(quantity, words, Effect::Axes(term, quantity, axes), 2);
+        }
+        let entries = || (0..4).map(|place| [place / 2, place % 2]);
+        let entry =
+            |[row, column]: [usize; 2]| format!("{}{}", ["x", "y"][row], ["x", "y"][column]);
+        for to in entries() {
+            let its = entry(to);
+            let lacks = format!("lacks the {its} entry of its blocks");
+            let negative = format!("has the {its} entry of its blocks with the wrong sign");
+            for (factor, words) in [(0.0, lacks), (-1.0, negative)] {
+                let effect = Effect::Axes(term, quantity, Axes::Entry(to, factor));
+                add(quantity, &words, effect, 2);
+            }
+            for from in entries().filter(|from| *from != to) {
+                let words = format!(
+                    "has the {} entry of its blocks in the place of the {its} entry",
+                    entry(from)
+                );
+                let effect = Effect::Axes(term, quantity, Axes::EntryCopied(from, to));
+                add(quantity, &words, effect, 3);
+            }
         }
     }
     all
@@ -686,6 +786,15 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             add(inertia(2, 1, 1.0), 2, "the matrix has M² in the place of M");
             let words = "the forces are divided by the mass, and the matrix has M";
             add(Rule::Forces(Factor::mass(-1)), 2, words);
+            for (entries, words) in [
+                (Entries::Lower, "the matrix is solved as a symmetric one, by its lower triangle"),
+                (Entries::Upper, "the matrix is solved as a symmetric one, by its upper triangle"),
+                (Entries::Transposed, "the matrix is transposed"),
+                (Entries::Diagonal, "the matrix has its diagonal alone"),
+                (Entries::OwnBlocks, "the matrix has the blocks on its diagonal alone"),
+            ] {
+                add(Rule::Entries(entries), 2, words);
+            }
             add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v");
             add(Rule::JacobiansAt(0.0), 1, "Jacobians are evaluated at x, not x + h v");
             let words = "forces and Jacobians are evaluated at x, not x + h v";
@@ -717,6 +826,16 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         }
     }
     add(Rule::Stale, 1, "the forces are those of the step before");
+    if method == OnePoint::Linearized {
+        add(Rule::StaleJacobians, 2, "the Jacobians are those of the step before");
+        let words =
+            "the right-hand side has h² dF/dx v as well, although forces are taken at x + h v";
+        add(Rule::StiffRight, 2, words);
+    }
+    if matches!(method, OnePoint::Explicit | OnePoint::Symplectic) {
+        let words = "each particle moves before the forces on the next are evaluated";
+        add(Rule::OneByOne, 2, words);
+    }
     let right = if method == OnePoint::Explicit { [1.0, 0.0] } else { [0.0, 1.0] };
     for (rule, words) in [
         ([1.0, 0.0, 1.0], "positions move with the old velocity, not the new one"),
@@ -804,7 +923,11 @@ pub fn of_fixed(scene: &Scene) -> Vec<Change> {
         let place = Place::FixedUnder(name);
         Change { place, words, effect: change.effect.clone(), rank: change.rank + 1 }
     };
-    let by_it: Vec<Change> = all.iter().map(alone).collect();
+    let is_new = |(number, one): &(usize, &Change)| {
+        all[number + 1..].iter().all(|later| later.effect != one.effect)
+    };
+    let by_it: Vec<Change> =
+        all.iter().enumerate().filter(is_new).map(|(_, change)| alone(change)).collect();
     all.extend(by_it);
     all
 }
@@ -828,7 +951,12 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     if scene.particles.iter().filter(|particle| particle.fixed).count() > 1 {
         for (last, which) in [(false, "first"), (true, "last")] {
             let words = format!("of several fixed particles, only the {which} is held");
-            add(None, Effect::Scene(SceneRule::OneFixed { last }), 1, &words);
+            let effect = || Effect::Scene(SceneRule::OneFixed { last });
+            add(None, effect(), 1, &words);
+            let family = if implicit { "implicit" } else { "explicit" };
+            let words =
+                format!("{family} methods hold only the {which} of several fixed particles");
+            add(Some(implicit), effect(), 1, &words);
         }
     }
     add(
@@ -929,25 +1057,41 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             Place::Force(*terms.iter().find(is_its).unwrap_or(&terms[0]))
         };
         let whole = Place::Force(terms[0]);
+        let mut left_out = |which: Which, words: String| {
+            let rule = |in_force_alone| SceneRule::LeftOut { tag, which, in_force_alone };
+            if schema.depends_on().has_jacobian() {
+                add(whole, rule(true), 2, format!("{words}, in forces alone"));
+            }
+            add(whole, rule(false), 1, words);
+        };
+        left_out(Which::Last, format!("the last element of {tag} has no effect"));
         if of_it().count() > 1 {
-            for (last, which) in [(true, "last"), (false, "first")] {
-                let words = format!("only the {which} of several elements of {tag} has an effect");
-                add(whole, SceneRule::OneElement { tag, last }, 1, words);
+            for (which, what) in [(Which::NotLast, "last"), (Which::NotFirst, "first")] {
+                let words = format!("only the {what} of several elements of {tag} has an effect");
+                left_out(which, words);
             }
             if of_it().any(|element| element.edge.is_some()) {
                 let words = format!("only the last {tag} on each edge has an effect");
-                add(whole, SceneRule::OneOnEachEdge(tag), 1, words);
+                left_out(Which::NotLastOnEdge, words);
             }
+        }
+        for parameter in schema.parameters {
+            if of_it().any(|element| element.parameter(parameter.name) == 0.0) {
+                let words = format!("{tag} has no effect where {} is 0", parameter.name);
+                left_out(Which::Zero(parameter.name), words);
+            }
+        }
+        if of_it().any(|element| !element.particles.is_empty()) {
+            let words = format!("{tag} between a fixed and another particle is left out");
+            left_out(Which::Joined, words);
+        }
+        if of_it().count() > 1 {
             let words = format!("each {tag} has the parameters of the first");
             add(whole, SceneRule::FirstParameters(tag), 2, words);
             if of_it().all(|element| !element.particles.is_empty()) {
                 let words = format!("each {tag} acts on the particles of the one before it");
                 add(whole, SceneRule::ParticlesBefore(tag), 3, words);
             }
-        }
-        if of_it().any(|element| !element.particles.is_empty()) {
-            let words = format!("{tag} between a fixed and another particle is left out");
-            add(whole, SceneRule::UnjoinedOf(tag), 1, words);
         }
         if scene.forces.len() > 1 {
             let is_pair = of_it().any(|element| element.pair().is_some());
@@ -994,11 +1138,11 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let words = format!("{tag} uses {name} = {value}");
                 add(place, SceneRule::Parameter(tag, name, value), 1, words);
             }
-            let values = || of_it().map(|element| element.parameter(name));
-            if values().any(|value| value == 0.0) {
-                let words = format!("{tag} has no effect where {name} is 0");
-                add(whole, SceneRule::WithoutZero(tag, name), 2, words);
+            if of_it().any(|element| element.pair().is_some()) {
+                let words = format!("{tag} takes the initial distance of its particles for {name}");
+                add(place, SceneRule::InitialDistance(tag, name), 2, words);
             }
+            let values = || of_it().map(|element| element.parameter(name));
             if values().any(|value| value.fract() != 0.0) {
                 let words = format!("{tag} reads {name} as an integer");
                 add(place, SceneRule::Integer(tag, name), 2, words);

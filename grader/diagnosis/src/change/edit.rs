@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! sum        a term is left out, has the other sign, counts twice or half
-//! product    a factor is left out; one is added: a parameter, a mass, l, h, or its inverse; a projection is left out
+//! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse; a projection is left out
 //! power      another exponent
 //! number     twice or half
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
-//! matrix     a bᵀ for b aᵀ, a aᵀ for a bᵀ, I for R
+//! matrix     a bᵀ for b aᵀ, a aᵀ for a bᵀ, I for R; entries off the diagonal with the other sign, or left out
+//! component  one component of a vector left out, with the other sign, or in the place of the other
 //! scalar     one parameter or length for another, or another norm; |x|, max(x, 0), min(x, 0) of a sum or a dot product;
 //!            one component for a dot product
 //! numbered   a limit, a number added to a length or to 1/x, another angle, a factor 1 + c x: the steps determine c
@@ -14,6 +15,7 @@
 //!
 //! An edit that makes no sense evaluates to NaN and explains nothing.
 
+use super::Axes;
 use super::expression::{Expression, Function, Leaf};
 
 /// A formula with one operation done to it.
@@ -76,6 +78,9 @@ fn of_children(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
         Expression::Applied(function, inner) => {
             below(inner, &|new| Expression::Applied(*function, Box::new(new)));
         }
+        Expression::Components(axes, inner) => {
+            below(inner, &|new| Expression::Components(*axes, Box::new(new)));
+        }
         Expression::Number(_) | Expression::Leaf(_) => {}
     }
     all
@@ -93,9 +98,59 @@ fn without(list: &[Expression], place: usize) -> Vec<Expression> {
     list
 }
 
+/// A vector or a matrix with other components, as where each is written by itself.
+fn of_components(node: &Expression) -> Vec<Edit> {
+    let with = |axes: Axes, words: String| {
+        let expression = Expression::Components(axes, Box::new(node.clone()));
+        Edit::new(expression, words, 3)
+    };
+    let names = ["x", "y"];
+    let mut all = Vec::new();
+    match node {
+        Expression::Leaf(
+            Leaf::Difference
+            | Leaf::Direction
+            | Leaf::RelativeVelocity
+            | Leaf::Velocity(_)
+            | Leaf::Field,
+        ) => {
+            for (axis, other) in [(0, 1), (1, 0)] {
+                let [name, from] = [axis, other].map(|axis| names[axis]);
+                let negative = format!("has the {name} component of {node} with the wrong sign");
+                let copied = format!(
+                    "has the {from} component of {node} in the place of its {name} component"
+                );
+                all.push(with(Axes::Scaled(axis, -1.0), negative));
+                all.push(with(
+                    Axes::Scaled(axis, 0.0),
+                    format!("lacks the {name} component of {node}"),
+                ));
+                all.push(with(Axes::Copied(other, axis), copied));
+            }
+            let by_size = Expression::Applied(Function::BySize, Box::new(node.clone()));
+            let words = format!("has each component of {node} multiplied by its size");
+            all.push(Edit::new(by_size, words, 3));
+        }
+        Expression::Outer(..) => {
+            let negative =
+                format!("has the entries off the diagonal of {node} with the wrong sign");
+            all.push(with(Axes::CrossNegated, negative));
+            let diagonal = format!("lacks the entries off the diagonal of {node}");
+            all.push(with(Axes::Diagonal, diagonal));
+        }
+        Expression::Sum(_) if !node.is_number() => {
+            let negative =
+                format!("has the entries off the diagonal of {node} with the wrong sign");
+            all.push(with(Axes::CrossNegated, negative));
+        }
+        _ => {}
+    }
+    all
+}
+
 /// The edits of a node itself.
 fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
-    let mut all = Vec::new();
+    let mut all = of_components(node);
     let instead = |new: &Expression| format!("has {new} in the place of {node}");
     let mut swap = |new: Expression, rank: u8| {
         let words = instead(&new);
@@ -184,6 +239,13 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
             clamps(node, &mut all);
         }
         Expression::Product(factors) => {
+            let pairs = (0..factors.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+            for (a, b) in pairs.filter(|(a, b)| is_symbol(&factors[*a]) && is_symbol(&factors[*b]))
+            {
+                let rest = Expression::Product(without(&without(factors, b), a));
+                let words = format!("lacks the factors {} and {}", factors[a], factors[b]);
+                all.push(Edit::new(rest, words, 2));
+            }
             for (place, factor) in factors.iter().enumerate() {
                 if matches!(factor, Expression::Number(number) if *number == -1.0) {
                     continue;
@@ -216,9 +278,14 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 }
             }
         }
-        Expression::Transposed(_) | Expression::Applied(..) => {}
+        Expression::Transposed(_) | Expression::Applied(..) | Expression::Components(..) => {}
     }
     all
+}
+
+/// Whether it is a parameter or a mass.
+fn is_symbol(factor: &Expression) -> bool {
+    matches!(factor, Expression::Leaf(Leaf::Parameter(..) | Leaf::Mass(_)))
 }
 
 fn clamps(node: &Expression, all: &mut Vec<Edit>) {
@@ -261,14 +328,27 @@ fn others(leaf: Leaf) -> Vec<Expression> {
         ],
         Leaf::Length => vec![one(Leaf::SumLength), one(Leaf::LargestLength)],
         Leaf::Difference => vec![one(Leaf::Direction)],
-        Leaf::RelativeVelocity => vec![
-            one(Leaf::Velocity(0)),
-            Expression::Sum(vec![one(Leaf::Velocity(0)), one(Leaf::Velocity(1))]),
-            one(Leaf::Velocity(1)),
-            one(Leaf::Velocity(1)).negated(),
-            one(Leaf::Direction),
-            one(Leaf::Difference),
-        ],
+        Leaf::RelativeVelocity => {
+            let mut all = vec![
+                one(Leaf::Velocity(0)),
+                Expression::Sum(vec![one(Leaf::Velocity(0)), one(Leaf::Velocity(1))]),
+                one(Leaf::Velocity(1)),
+                one(Leaf::Velocity(1)).negated(),
+                one(Leaf::Direction),
+                one(Leaf::Difference),
+            ];
+            let copied = |side: usize, from: usize| {
+                let of = Box::new(one(Leaf::Velocity(side)));
+                Expression::Components(Axes::Copied(from, 1 - from), of)
+            };
+            for from in [0, 1] {
+                let second = copied(1, from).negated();
+                all.push(Expression::Sum(vec![one(Leaf::Velocity(0)), second]));
+                let first = copied(0, from);
+                all.push(Expression::Sum(vec![first, one(Leaf::Velocity(1)).negated()]));
+            }
+            all
+        }
         Leaf::Turn => vec![one(Leaf::Identity), Expression::Transposed(Box::new(one(Leaf::Turn)))],
         Leaf::Mass(0) => vec![one(Leaf::Mass(1))],
         Leaf::Mass(_) => vec![one(Leaf::Mass(0))],
@@ -317,7 +397,9 @@ fn nodes(formula: &Expression) -> Vec<(Expression, Replacing)> {
             below(a, with_part, 0);
             below(b, with_part, 1);
         }
-        Expression::Transposed(inner) | Expression::Applied(_, inner) => below(inner, with_part, 0),
+        Expression::Transposed(inner)
+        | Expression::Applied(_, inner)
+        | Expression::Components(_, inner) => below(inner, with_part, 0),
         Expression::Number(_) | Expression::Leaf(_) => {}
     }
     all
@@ -340,6 +422,7 @@ fn with_part(whole: &Expression, place: usize, new: Expression) -> Expression {
         Expression::Outer(a, b) => Expression::Outer(new(a, 0), new(b, 1)),
         Expression::Transposed(inner) => Expression::Transposed(new(inner, 0)),
         Expression::Applied(function, inner) => Expression::Applied(*function, new(inner, 0)),
+        Expression::Components(axes, inner) => Expression::Components(*axes, new(inner, 0)),
         Expression::Number(_) | Expression::Leaf(_) => whole.clone(),
     }
 }

@@ -9,6 +9,8 @@ use std::fmt;
 use nalgebra::{Matrix3, Vector3};
 use scene::Parameters;
 
+use super::Axes;
+
 /// A formula.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Expression {
@@ -30,6 +32,8 @@ pub enum Expression {
     Transposed(Box<Expression>),
     /// A function of a number.
     Applied(Function, Box<Expression>),
+    /// A vector or a matrix with other components.
+    Components(Axes, Box<Expression>),
 }
 
 /// A quantity of an element.
@@ -80,6 +84,8 @@ pub enum Function {
     AtMost(f64),
     /// `max(x, c)`.
     AtLeast(f64),
+    /// Of a vector: each component multiplied by its size.
+    BySize,
 }
 
 /// The arguments of a formula for one element.
@@ -159,6 +165,14 @@ impl Value {
         match self {
             Self::Matrix(matrix) => matrix,
             _ => Matrix3::repeat(f64::NAN),
+        }
+    }
+
+    fn with(self, axes: Axes) -> Self {
+        match self {
+            Self::Vector(vector) => Self::Vector(axes.of_vector(vector)),
+            Self::Matrix(matrix) => Self::Matrix(axes.of_matrix(matrix)),
+            Self::Number(_) => Self::INVALID,
         }
     }
 
@@ -242,7 +256,7 @@ impl Expression {
                     | Leaf::Speed
             ),
             Self::Sum(parts) | Self::Product(parts) => parts.iter().all(Self::is_number),
-            Self::Outer(..) | Self::Transposed(_) => false,
+            Self::Outer(..) | Self::Transposed(_) | Self::Components(..) => false,
             Self::Applied(_, inner) => inner.is_number(),
         }
     }
@@ -279,8 +293,10 @@ impl Expression {
                 }
                 (Function::AtMost(most), Value::Vector(x)) => Value::Vector(x.cap_magnitude(*most)),
                 (Function::AtLeast(least), Value::Number(x)) => Value::Number(x.max(*least)),
+                (Function::BySize, Value::Vector(x)) => Value::Vector(x.map(|x| x * x.abs())),
                 _ => Value::INVALID,
             },
+            Self::Components(axes, inner) => inner.value(at).with(*axes),
         }
     }
 
@@ -346,9 +362,13 @@ impl Expression {
                     (Function::AtLeast(least), Value::Number(x), Value::Number(change)) => {
                         Value::Number(if x > *least { change } else { 0.0 })
                     }
+                    (Function::BySize, Value::Vector(x), Value::Vector(change)) => {
+                        Value::Vector(x.map(|x| 2.0 * x.abs()).component_mul(&change))
+                    }
                     _ => Value::INVALID,
                 }
             }
+            Self::Components(axes, inner) => inner.derivative(at, along).with(*axes),
         }
     }
 
@@ -459,6 +479,12 @@ impl fmt::Display for Expression {
             Self::Applied(Function::Negative, x) => write!(f, "min({x}, 0)"),
             Self::Applied(Function::AtMost(most), x) => write!(f, "min(|{x}|, {most})"),
             Self::Applied(Function::AtLeast(least), x) => write!(f, "max({x}, {least})"),
+            Self::Applied(Function::BySize, x) => write!(f, "{} by size", inner(x)),
+            Self::Components(Axes::Copied(from, _), x) => {
+                let component = format!("{}.{}", inner(x), if *from == 0 { "x" } else { "y" });
+                write!(f, "({component}, {component})")
+            }
+            Self::Components(_, x) => write!(f, "{} with other components", inner(x)),
         }
     }
 }

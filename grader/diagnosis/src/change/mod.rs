@@ -134,6 +134,7 @@ impl Change {
                 };
                 concerned && scene.particles.iter().any(|particle| particle.fixed)
             }
+            (Effect::Start(..), Place::Force(term)) => has(&term) && implicit(),
             (_, Place::Force(term)) => has(&term),
             _ => true,
         }
@@ -246,6 +247,12 @@ pub enum Effect {
     Length(Term, Softening),
     /// The particles on which a force without pairs acts.
     Particles(Term, Quantity, Particles),
+    /// Where the masses in some formulas of a term are read.
+    Masses(Term, &'static [Quantity], MassAt),
+    /// How the coordinates of its particles are read.
+    Read(Term, Read),
+    /// What some quantities of a term read from the start of a step.
+    Start(Term, &'static [Quantity], Start),
     /// A coefficient or rule of an integrator.
     Method(&'static str, Rule),
     /// Fixed particles.
@@ -260,7 +267,9 @@ impl Effect {
     /// The quantities of a term that it changes.
     fn quantities(&self) -> &'static [Quantity] {
         match self {
-            Self::Factor(_, quantities, _) => quantities,
+            Self::Factor(_, quantities, _)
+            | Self::Start(_, quantities, _)
+            | Self::Masses(_, quantities, _) => quantities,
             Self::Formula(_, quantity, _)
             | Self::Blocks(_, quantity, _)
             | Self::Axes(_, quantity, _)
@@ -270,7 +279,7 @@ impl Effect {
                 Quantity::ByVelocity => &[Quantity::ByVelocity],
             },
             Self::Ends(..) => &[Quantity::Force],
-            Self::Derived(..) | Self::Length(..) => &Quantity::ALL,
+            Self::Derived(..) | Self::Length(..) | Self::Read(..) => &Quantity::ALL,
             Self::Method(..) | Self::Fixed(_) | Self::Scene(_) | Self::Rounds(_) => &[],
         }
     }
@@ -336,12 +345,14 @@ pub enum Particles {
     NotFirst,
     /// All but the last.
     NotLast,
+    /// As many coordinates as there are particles, from the first on.
+    FirstCoordinates,
 }
 
 impl Particles {
     pub(super) fn of(all: Option<Self>, count: usize) -> std::ops::Range<usize> {
         match all {
-            None => 0..count,
+            None | Some(Self::FirstCoordinates) => 0..count,
             Some(Self::First) => 0..count.min(1),
             Some(Self::NotFirst) => 1..count.max(1),
             Some(Self::NotLast) => 0..count.saturating_sub(1),
@@ -360,6 +371,8 @@ pub enum Ends {
     Without(usize),
     /// The same on both.
     Same,
+    /// The same component on both.
+    SameAlong(usize),
     /// The right ones, with the wrong sign where `i > j`.
     ByNumber,
     /// The right ones, but that on `j` is added to the coordinates from `j` on.
@@ -381,6 +394,8 @@ pub enum Blocks {
     Without([usize; 2]),
     /// The same on coordinates relative to the particle at the third place: its rows and columns balance those that are left.
     WithoutRelative([usize; 2], usize),
+    /// Of a pair: the block between the particles that is in this row has both, the other none.
+    OneSided(usize),
     /// All but the row of the particle at this place.
     WithoutRow(usize),
     /// All but the column of the particle at this place.
@@ -398,7 +413,7 @@ pub enum Blocks {
 }
 
 /// Components of a vector or a matrix.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Axes {
     /// One of them only; of a matrix, its diagonal entry.
     Only(usize),
@@ -412,6 +427,55 @@ pub enum Axes {
     Filled,
     /// Of a matrix: the diagonal of each block alone.
     Diagonal,
+    /// One multiplied by a number.
+    Scaled(usize, f64),
+    /// The first in the place of the second.
+    Copied(usize, usize),
+    /// Of a matrix: the entries off the diagonal have the other sign.
+    CrossNegated,
+    /// Of a matrix: an entry multiplied by a number.
+    Entry([usize; 2], f64),
+    /// Of a matrix: the first entry in the place of the second.
+    EntryCopied([usize; 2], [usize; 2]),
+}
+
+/// Some elements of a force, in the order of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// All but the last.
+    NotLast,
+    /// All but the first.
+    NotFirst,
+    /// The last.
+    Last,
+    /// All but the last on each edge.
+    NotLastOnEdge,
+    /// Those whose parameter is zero.
+    Zero(&'static str),
+    /// Those between a fixed and another particle.
+    Joined,
+}
+
+/// How the coordinates of a pair's particles are read, in lists with one number for each coordinate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Read {
+    /// Those of a particle at its number and the next.
+    AtNumber,
+    /// The first component in the place of the second.
+    Copied(usize, usize),
+    /// The same, of the positions of the second particle.
+    SecondCopied(usize, usize),
+}
+
+/// What a force reads from the start of a step in the place of its arguments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    /// Positions.
+    Positions,
+    /// Velocities.
+    Velocities,
+    /// Both.
+    Both,
 }
 
 /// A length that is never zero.
@@ -423,6 +487,8 @@ pub enum Softening {
     Squared(f64),
     /// `max(l, ε)`.
     AtLeast(f64),
+    /// `l²`.
+    Square,
 }
 
 /// An index at which the mass of coordinate `r` is read, of a list with an entry for each coordinate.
@@ -432,6 +498,23 @@ pub enum MassAt {
     Particle,
     /// 0.
     First,
+}
+
+/// The entries of a step's matrix that its solver reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Entries {
+    /// All.
+    All,
+    /// Those on and below the diagonal, for those above it as well.
+    Lower,
+    /// Those on and above the diagonal, for those below it as well.
+    Upper,
+    /// All, rows in the place of columns.
+    Transposed,
+    /// Those on the diagonal.
+    Diagonal,
+    /// Those in the blocks of one particle.
+    OwnBlocks,
 }
 
 /// A rule of an integrator.
@@ -458,6 +541,8 @@ pub enum Rule {
     MassAt(MassAt),
     /// Jacobians are divided by the mass of their column, not of their row.
     ColumnMasses,
+    /// The solver reads these entries of the Jacobians in the matrix.
+    Entries(Entries),
     /// Forces at `x + c h v` (implicit: `x + c h u`).
     ForcesAt(f64),
     /// Jacobians at `x + c h u`.
@@ -468,6 +553,12 @@ pub enum Rule {
     PositionsFirst,
     /// Forces of the step before.
     Stale,
+    /// The Jacobians of the step before; none in the first step.
+    StaleJacobians,
+    /// Each particle moves before the forces on the next are evaluated.
+    OneByOne,
+    /// The right-hand side has `h² ∂F/∂x v` as well.
+    StiffRight,
     /// `x' = x + h^power (a v + b v')`.
     Position {
         /// `a`.
@@ -613,15 +704,17 @@ pub enum SceneRule {
     Integer(&'static str, &'static str),
     /// A parameter has this value where it is not written, or 0.
     Default(&'static str, &'static str, f64),
-    /// Only the first or the last element of a force is there.
-    OneElement {
+    /// Some elements of a force are left out.
+    LeftOut {
         /// The force's tag.
         tag: &'static str,
-        /// The last one.
-        last: bool,
+        /// Which.
+        which: Which,
+        /// Their forces alone; their Jacobians are there.
+        in_force_alone: bool,
     },
-    /// Of the elements on one edge, only the last is there.
-    OneOnEachEdge(&'static str),
+    /// A parameter is the initial distance of the two particles.
+    InitialDistance(&'static str, &'static str),
     /// A parameter has this value.
     Parameter(&'static str, &'static str, f64),
     /// A parameter is read as another.
@@ -632,10 +725,6 @@ pub enum SceneRule {
     EdgeAsParticle(&'static str),
     /// The first element acts on the first edge, and so on.
     RunningEdge(&'static str),
-    /// Elements are left out whose parameter is zero.
-    WithoutZero(&'static str, &'static str),
-    /// Elements between a fixed and another particle are left out.
-    UnjoinedOf(&'static str),
     /// The forces of an element on these ends overwrite those before it, in the order of the file.
     Overwrites(&'static str, Ends),
     /// The blocks of an element's Jacobian overwrite those of elements before it, in the order of the file; those of each

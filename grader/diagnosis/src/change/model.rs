@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, LazyLock};
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use scene::schema::Convergence;
+use scene::schema::{Convergence, Matrix};
 use scene::trace::State;
 use scene::{self, ForceElement, Parameters, Scene};
 
@@ -12,8 +12,9 @@ use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Factor, FixedRule, Guess, Hold, MassAt, Newton, Norm,
-    Particles, Place, Quantity, Rule, SceneRule, Softening, Term, Unknowns,
+    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, MassAt, Newton,
+    Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start, Term, Unknowns,
+    Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -51,6 +52,27 @@ pub(super) struct Point {
     pub(super) x: Vec<f64>,
     pub(super) v: Vec<f64>,
     pub(super) time: f64,
+    /// The positions and velocities at the start of the step.
+    pub(super) start: [Vec<f64>; 2],
+}
+
+impl Point {
+    /// The start of a step.
+    pub(super) fn new(x: &[f64], v: &[f64], time: f64) -> Self {
+        let (x, v) = (x.to_vec(), v.to_vec());
+        Self { start: [x.clone(), v.clone()], x, v, time }
+    }
+
+    /// The positions and velocities that a term reads.
+    fn read(&self, from: Option<Start>) -> [&[f64]; 2] {
+        let [x, v] = &self.start;
+        match from {
+            None => [&self.x, &self.v],
+            Some(Start::Positions) => [x, &self.v],
+            Some(Start::Velocities) => [&self.x, v],
+            Some(Start::Both) => [x, v],
+        }
+    }
 }
 
 #[derive(Clone)]
@@ -74,6 +96,8 @@ struct Evaluation {
     blocks: Option<Blocks>,
     axes: Option<Axes>,
     particles: Option<Particles>,
+    start: Option<Start>,
+    masses: Option<MassAt>,
 }
 
 /// A term of a scene.
@@ -85,6 +109,7 @@ pub(super) struct TermModel {
     /// The Jacobians are the derivatives of the force's formula.
     derived: bool,
     softening: Option<Softening>,
+    read: Option<Read>,
     /// The law of a force without a formula.
     law: Option<Arc<Laws>>,
 }
@@ -98,9 +123,13 @@ pub(super) struct Rules {
     pub(super) inertia_right: (i32, f64),
     /// Whether Jacobians are divided by the masses of their columns, not of their rows.
     pub(super) column_masses: bool,
+    pub(super) entries: Entries,
     pub(super) forces_at: Option<f64>,
     pub(super) jacobians_at: Option<f64>,
     pub(super) stale: bool,
+    pub(super) stale_jacobians: bool,
+    pub(super) one_by_one: bool,
+    pub(super) stiff_right: bool,
     /// The factor of the old velocity.
     pub(super) old: f64,
     /// What is added to the masses.
@@ -168,6 +197,9 @@ impl Model {
         for change in changes {
             let is_elsewhere = match change.place {
                 Place::FixedUnder(name) => name != scene.integrator.name,
+                Place::Fixed(Some(family)) => {
+                    family != (scene.integrator.matrix == Matrix::Jacobians)
+                }
                 Place::Task(_) => !is_of_rounds(&scene),
                 _ => false,
             };
@@ -193,9 +225,13 @@ impl Model {
             inertia_matrix: 1,
             inertia_right: (1, 1.0),
             column_masses: false,
+            entries: Entries::All,
             forces_at: None,
             jacobians_at: None,
             stale: false,
+            stale_jacobians: false,
+            one_by_one: false,
+            stiff_right: false,
             old: 1.0,
             diagonal: 0.0,
             speed_limit: None,
@@ -341,7 +377,10 @@ impl Model {
             | Effect::Blocks(term, ..)
             | Effect::Axes(term, ..)
             | Effect::Length(term, _)
-            | Effect::Particles(term, ..)) => {
+            | Effect::Particles(term, ..)
+            | Effect::Masses(term, ..)
+            | Effect::Read(term, _)
+            | Effect::Start(term, ..)) => {
                 if let Some(model) = self.terms.iter_mut().find(|model| model.term == *term) {
                     model.make(effect);
                 }
@@ -373,6 +412,7 @@ impl Model {
                 }
             }
             Rule::ColumnMasses => rules.column_masses = true,
+            Rule::Entries(entries) => rules.entries = entries,
             Rule::ForcesAt(c) => rules.forces_at = Some(c),
             Rule::JacobiansAt(c) => rules.jacobians_at = Some(c),
             Rule::AllAt(c) => (rules.forces_at, rules.jacobians_at) = (Some(c), Some(c)),
@@ -380,6 +420,9 @@ impl Model {
                 (rules.position, rules.forces_at) = (Some([1.0, 0.0, 1.0]), Some(1.0));
             }
             Rule::Stale => rules.stale = true,
+            Rule::StaleJacobians => rules.stale_jacobians = true,
+            Rule::OneByOne => rules.one_by_one = true,
+            Rule::StiffRight => rules.stiff_right = true,
             Rule::Position { old, new, h } => {
                 rules.position = Some([old, new, f64::from(h)]);
             }
@@ -409,13 +452,8 @@ impl Model {
         let mut sum = vec![0.0; at.x.len()];
         match quantity {
             Quantity::Force => self.add_force(model, at, &mut sum),
-            _ => self.each_block(model, quantity, at, &mut |row, column, block| {
-                for a in 0..self.dimension {
-                    for b in 0..self.dimension {
-                        let entry = block[(a, b)] * delta[column * self.dimension + b];
-                        sum[row * self.dimension + a] += entry;
-                    }
-                }
+            _ => self.each_entry(model, quantity, at, &mut |row, column, value| {
+                sum[row] += value * delta[column];
             }),
         }
         sum
@@ -431,7 +469,10 @@ impl Model {
             | Effect::Blocks(term, ..)
             | Effect::Axes(term, ..)
             | Effect::Length(term, _)
-            | Effect::Particles(term, ..) => *term,
+            | Effect::Particles(term, ..)
+            | Effect::Masses(term, ..)
+            | Effect::Read(term, _)
+            | Effect::Start(term, ..) => *term,
             Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => {
                 return None;
             }
@@ -461,19 +502,56 @@ impl Model {
         [Quantity::ByPosition, Quantity::ByVelocity].map(|quantity| {
             let mut matrix = DMatrix::zeros(size, size);
             for model in &self.terms {
-                self.each_block(model, quantity, at, &mut |row, column, block| {
-                    let place = (row * self.dimension, column * self.dimension);
-                    let shape = (self.dimension, self.dimension);
-                    let mut view = matrix.view_mut(place, shape);
-                    view += block.view((0, 0), shape);
+                self.each_entry(model, quantity, at, &mut |row, column, value| {
+                    matrix[(row, column)] += value;
                 });
             }
             matrix
         })
     }
 
+    /// The entries of a term's Jacobian that the solver reads: row, column, value.
+    fn each_entry(
+        &self,
+        model: &TermModel,
+        quantity: Quantity,
+        at: &Point,
+        add: &mut dyn FnMut(usize, usize, f64),
+    ) {
+        let axes = self.dimension;
+        let place = 1 + usize::from(quantity == Quantity::ByVelocity);
+        let most = model.n_coordinates(place, at.x.len(), axes);
+        self.each_block(model, quantity, at, &mut |row, column, block| {
+            for (a, b) in (0..axes).flat_map(|a| (0..axes).map(move |b| (a, b))) {
+                let (row, column, value) = (row * axes + a, column * axes + b, block[(a, b)]);
+                if row >= most {
+                    continue;
+                }
+                let is_mirrored = match self.rules.entries {
+                    Entries::All => false,
+                    Entries::Lower if row < column => continue,
+                    Entries::Upper if row > column => continue,
+                    Entries::Lower | Entries::Upper => row != column,
+                    Entries::Transposed => {
+                        add(column, row, value);
+                        continue;
+                    }
+                    Entries::Diagonal if row != column => continue,
+                    Entries::OwnBlocks if row / axes != column / axes => continue,
+                    Entries::Diagonal | Entries::OwnBlocks => false,
+                };
+                add(row, column, value);
+                if is_mirrored {
+                    add(column, row, value);
+                }
+            }
+        });
+    }
+
     fn add_force(&self, model: &TermModel, at: &Point, sum: &mut [f64]) {
         let evaluation = &model.evaluations[0];
+        let [x, v] = at.read(evaluation.start);
+        let most = model.n_coordinates(0, sum.len(), self.dimension);
         let factor = |particle: usize| {
             evaluation.factor.of(self.scene.time_step, self.scene.particles[particle].mass)
         };
@@ -483,7 +561,7 @@ impl Model {
                 force = axes.of_vector(force);
             }
             let factor = factor(particle);
-            for axis in 0..self.dimension {
+            for axis in (0..self.dimension).filter(|axis| first + axis < most) {
                 sum[first + axis] += factor * force[axis];
             }
         };
@@ -502,7 +580,7 @@ impl Model {
         };
         if let Some(law) = &model.law {
             law.each_stencil(|law, stencil| {
-                let forces = law.forces_on(stencil, &at.x, &at.v, at.time);
+                let forces = law.forces_on(stencil, x, v, at.time);
                 let mut forces: Vec<Vector3<f64>> = forces.into_iter().map(Into::into).collect();
                 add_all(&model.elements[stencil.number], &stencil.particles, &mut forces);
             });
@@ -510,8 +588,11 @@ impl Model {
         }
         let Some(formula) = &evaluation.formula else { return };
         for element in &model.elements {
-            let on =
-                |pair: [usize; 2]| formula.value(&self.inputs(model, element, pair, at)).vector();
+            let on = |pair: [usize; 2]| {
+                formula
+                    .value(&self.inputs(model, element, pair, [x, v], evaluation.masses))
+                    .vector()
+            };
             if let [i, j] = element.particles[..] {
                 let force = on([i, j]);
                 add_all(element, &[i, j], &mut [force, -force]);
@@ -532,6 +613,7 @@ impl Model {
     ) {
         let place = usize::from(quantity == Quantity::ByVelocity);
         let evaluation = &model.evaluations[1 + place];
+        let [x, v] = at.read(evaluation.start);
         let factor =
             |row: usize| evaluation.factor.of(self.scene.time_step, self.scene.particles[row].mass);
         let mut put = |element: &Element, row: usize, column: usize, block: Matrix3<f64>| {
@@ -542,7 +624,7 @@ impl Model {
             add(row, column, &(block * factor(row)));
         };
         if model.derived {
-            self.each_derived_block(model, quantity, at, &mut put);
+            self.each_derived_block(model, quantity, [x, v], &mut put);
             return;
         }
         // The blocks of an element, row by row, changed.
@@ -559,7 +641,7 @@ impl Model {
         };
         if let Some(law) = &model.law {
             law.each_stencil(|law, stencil| {
-                let both = law.jacobians_on(stencil, &at.x, &at.v, at.time);
+                let both = law.jacobians_on(stencil, x, v, at.time);
                 let matrix = if place == 0 { both.by_position } else { both.by_velocity };
                 let (m, d) = (stencil.particles.len(), self.dimension);
                 let block = |place: usize| {
@@ -574,8 +656,11 @@ impl Model {
         }
         let Some(formula) = &evaluation.formula else { return };
         for element in &model.elements {
-            let of =
-                |pair: [usize; 2]| formula.value(&self.inputs(model, element, pair, at)).matrix();
+            let of = |pair: [usize; 2]| {
+                formula
+                    .value(&self.inputs(model, element, pair, [x, v], evaluation.masses))
+                    .matrix()
+            };
             if let [i, j] = element.particles[..] {
                 let block = of([i, j]);
                 put_all(element, &[i, j], &mut [block, -block, -block, block]);
@@ -592,10 +677,13 @@ impl Model {
         &self,
         model: &TermModel,
         quantity: Quantity,
-        at: &Point,
+        at: [&[f64]; 2],
         put: &mut impl FnMut(&Element, usize, usize, Matrix3<f64>),
     ) {
-        let Some(formula) = &model.evaluations[0].formula else { return };
+        let Evaluation { formula: Some(formula), masses, .. } = &model.evaluations[0] else {
+            return;
+        };
+        let masses = *masses;
         let by_velocity = quantity == Quantity::ByVelocity;
         for element in &model.elements {
             let block = |inputs: &Inputs, side: usize, sign: f64| {
@@ -610,7 +698,7 @@ impl Model {
                 Matrix3::from_columns(&[column(0), column(1), column(2)])
             };
             if let [i, j] = element.particles[..] {
-                let inputs = self.inputs(model, element, [i, j], at);
+                let inputs = self.inputs(model, element, [i, j], at, masses);
                 let [own, cross] = [block(&inputs, 0, 1.0), block(&inputs, 1, -1.0)];
                 put(element, i, i, own);
                 put(element, i, j, cross);
@@ -619,7 +707,7 @@ impl Model {
                 continue;
             }
             for particle in 0..if by_velocity { self.scene.particles.len() } else { 0 } {
-                let inputs = self.inputs(model, element, [particle; 2], at);
+                let inputs = self.inputs(model, element, [particle; 2], at, masses);
                 put(element, particle, particle, block(&inputs, 0, 1.0));
             }
         }
@@ -637,22 +725,50 @@ impl Model {
         model: &TermModel,
         element: &Element,
         [i, j]: [usize; 2],
-        at: &Point,
+        [x, v]: [&[f64]; 2],
+        masses: Option<MassAt>,
     ) -> Inputs {
-        let d = self.vector(&at.x, i) - self.vector(&at.x, j);
+        let read = |values: &[f64], particle: usize, is_second_position: bool| {
+            let vector = self.vector(values, particle);
+            match model.read {
+                Some(Read::AtNumber) => Vector3::from_fn(|axis, _| match axis < self.dimension {
+                    true => values[particle + axis],
+                    false => 0.0,
+                }),
+                Some(Read::Copied(from, to)) => Axes::Copied(from, to).of_vector(vector),
+                Some(Read::SecondCopied(from, to)) if is_second_position => {
+                    Axes::Copied(from, to).of_vector(vector)
+                }
+                Some(Read::SecondCopied(..)) | None => vector,
+            }
+        };
+        let d = read(x, i, false) - read(x, j, true);
         let l = d.norm();
+        let mass_of = |particle: usize| match masses {
+            None => particle,
+            Some(MassAt::Particle) => particle / self.dimension,
+            Some(MassAt::First) => 0,
+        };
         Inputs {
             parameters: element.parameters.clone(),
-            masses: [i, j].map(|particle| self.scene.particles[particle].mass),
+            masses: [i, j].map(|particle| self.scene.particles[mass_of(particle)].mass),
             h: self.scene.time_step,
             d,
-            v: [self.vector(&at.v, i), self.vector(&at.v, j)],
+            v: [read(v, i, false), read(v, j, false)],
             l: model.softening.map_or(l, |softening| softening.of(l)),
         }
     }
 }
 
 impl TermModel {
+    /// The number of coordinates, from the first on, in which its value of this number acts.
+    fn n_coordinates(&self, value: usize, all: usize, dimension: usize) -> usize {
+        match self.evaluations[value].particles {
+            Some(Particles::FirstCoordinates) => all / dimension,
+            _ => all,
+        }
+    }
+
     fn make(&mut self, effect: &Effect) {
         let index = |quantity: Quantity| match quantity {
             Quantity::Force => 0,
@@ -681,6 +797,17 @@ impl TermModel {
                 self.evaluations[index(*quantity)].axes = Some(*axes);
             }
             Effect::Length(_, softening) => self.softening = Some(*softening),
+            Effect::Masses(_, quantities, masses) => {
+                for quantity in *quantities {
+                    self.evaluations[index(*quantity)].masses = Some(*masses);
+                }
+            }
+            Effect::Read(_, read) => self.read = Some(*read),
+            Effect::Start(_, quantities, start) => {
+                for quantity in *quantities {
+                    self.evaluations[index(*quantity)].start = Some(*start);
+                }
+            }
             Effect::Particles(_, quantity, particles) => {
                 self.evaluations[index(*quantity)].particles = Some(*particles);
             }
@@ -707,6 +834,13 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
     let mut all = vec![Lost::default(); scene.forces.len()];
     for change in changes {
         let Effect::Scene(rule) = change.effect else { continue };
+        if let SceneRule::LeftOut { tag, which, in_force_alone: true } = rule {
+            for (number, left_out) in which.of(scene, tag).into_iter().enumerate() {
+                if left_out {
+                    all[number].particles = particles_of(scene, &scene.forces[number]);
+                }
+            }
+        }
         let (SceneRule::Overwrites(tag, _) | SceneRule::Assigned(tag, ..)) = rule else { continue };
         for (number, element) in scene.forces.iter().enumerate() {
             if element.schema.tag != tag {
@@ -728,6 +862,28 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
         }
     }
     all
+}
+
+impl Which {
+    /// Whether each element of the scene is one of these elements of a force.
+    fn of(self, scene: &Scene, tag: &str) -> Vec<bool> {
+        let is_its = |element: &ForceElement| element.schema.tag == tag;
+        let first = scene.forces.iter().position(is_its);
+        let last = scene.forces.iter().rposition(is_its);
+        let is_one = |(number, element): (usize, &ForceElement)| match self {
+            Self::NotLast => Some(number) != last,
+            Self::NotFirst => Some(number) != first,
+            Self::Last => Some(number) == last,
+            Self::NotLastOnEdge => {
+                let mut later = scene.forces[number + 1..].iter().filter(|one| is_its(one));
+                element.edge.is_some() && later.any(|one| one.edge == element.edge)
+            }
+            Self::Zero(name) => element.parameter(name) == 0.0,
+            Self::Joined => element.particles.iter().any(|each| scene.particles[*each].fixed),
+        };
+        let each = scene.forces.iter().enumerate();
+        each.map(|(number, element)| is_its(element) && is_one((number, element))).collect()
+    }
 }
 
 /// The particles that an element acts on.
@@ -801,6 +957,8 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             blocks: None,
             axes: None,
             particles: None,
+            start: None,
+            masses: None,
         };
         TermModel {
             term,
@@ -812,6 +970,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             ],
             derived: false,
             softening: None,
+            read: None,
             law: forms.is_none().then(law),
         }
     };
@@ -830,6 +989,10 @@ impl Ends {
             Self::Second => keep(forces, &|place| place == 1),
             Self::Without(left_out) => keep(forces, &|place| place != left_out),
             Self::Same => forces.fill(forces[0]),
+            Self::SameAlong(axis) => {
+                let first = forces[0][axis];
+                forces.iter_mut().for_each(|force| force[axis] = first);
+            }
             Self::ByNumber if particles[0] > particles[1] => {
                 forces.iter_mut().for_each(|force| *force = -*force);
             }
@@ -852,6 +1015,7 @@ impl Blocks {
                 Self::Without([i, j]) | Self::WithoutRelative([i, j], _) => {
                     [row, column] == [i, j] || [row, column] == [j, i]
                 }
+                Self::OneSided(kept) => row != column && row != kept,
                 Self::WithoutRow(left_out) => row == left_out,
                 Self::WithoutColumn(left_out) => column == left_out,
                 _ => false,
@@ -859,6 +1023,7 @@ impl Blocks {
             match self {
                 _ if is_left_out => *block = Matrix3::zeros(),
                 Self::SameSign if row != column => *block = -*block,
+                Self::OneSided(_) if row != column => *block += right[column * m + row],
                 Self::CrossTransposed if row != column => *block = block.transpose(),
                 Self::Transposed => *block = transposed(),
                 Self::Symmetrized => *block = (*block + transposed()) * 0.5,
@@ -882,7 +1047,7 @@ impl Blocks {
 }
 
 impl Axes {
-    fn of_vector(self, vector: Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn of_vector(self, vector: Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::Only(axis) => {
                 Vector3::from_fn(|row, _| if row == axis { vector[row] } else { 0.0 })
@@ -891,11 +1056,22 @@ impl Axes {
                 Vector3::from_fn(|row, _| if row == axis { 0.0 } else { vector[row] })
             }
             Self::Swapped => Vector3::new(vector.y, vector.x, vector.z),
-            Self::RowsSwapped | Self::Filled | Self::Diagonal => vector,
+            Self::Scaled(axis, factor) => {
+                Vector3::from_fn(|row, _| vector[row] * if row == axis { factor } else { 1.0 })
+            }
+            Self::Copied(from, to) => {
+                Vector3::from_fn(|row, _| vector[if row == to { from } else { row }])
+            }
+            Self::RowsSwapped
+            | Self::Filled
+            | Self::Diagonal
+            | Self::CrossNegated
+            | Self::Entry(..)
+            | Self::EntryCopied(..) => vector,
         }
     }
 
-    fn of_matrix(self, matrix: Matrix3<f64>) -> Matrix3<f64> {
+    pub(super) fn of_matrix(self, matrix: Matrix3<f64>) -> Matrix3<f64> {
         let keep = |test: &dyn Fn(usize, usize) -> bool| {
             Matrix3::from_fn(
                 |row, column| if test(row, column) { matrix[(row, column)] } else { 0.0 },
@@ -911,6 +1087,23 @@ impl Axes {
             Self::RowsSwapped => Matrix3::from_fn(|row, column| matrix[([1, 0, 2][row], column)]),
             Self::Filled => Matrix3::from_fn(|row, _| matrix[(row, row)]),
             Self::Diagonal => keep(&|row, column| row == column),
+            Self::Scaled(axis, factor) => Matrix3::from_fn(|row, column| {
+                matrix[(row, column)] * if row == axis { factor } else { 1.0 }
+            }),
+            Self::Copied(from, to) => {
+                Matrix3::from_fn(|row, column| matrix[(if row == to { from } else { row }, column)])
+            }
+            Self::CrossNegated => Matrix3::from_fn(|row, column| {
+                matrix[(row, column)] * if row == column { 1.0 } else { -1.0 }
+            }),
+            Self::Entry(place, factor) => Matrix3::from_fn(|row, column| {
+                matrix[(row, column)] * if [row, column] == place { factor } else { 1.0 }
+            }),
+            Self::EntryCopied([row, column], to) => {
+                let mut changed = matrix;
+                changed[(to[0], to[1])] = matrix[(row, column)];
+                changed
+            }
         }
     }
 }
@@ -921,6 +1114,7 @@ impl Softening {
             Self::Added(e) => l + e,
             Self::Squared(e) => l.hypot(e),
             Self::AtLeast(e) => l.max(e),
+            Self::Square => l * l,
         }
     }
 }
@@ -968,26 +1162,18 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 *value = if *value == 0.0 { default } else { *value };
             }
         }
-        SceneRule::OneElement { tag, last } => {
-            let kept = match last {
-                true => scene.forces.iter().rposition(of(tag)),
-                false => scene.forces.iter().position(of(tag)),
-            };
-            let mut number = 0..;
-            scene.forces.retain(|element| number.next() == kept || !of(tag)(element));
+        SceneRule::LeftOut { tag, which, in_force_alone: false } => {
+            let mut left_out = which.of(scene, tag).into_iter();
+            scene.forces.retain(|_| left_out.next() != Some(true));
         }
-        SceneRule::OneOnEachEdge(tag) => {
-            let edges: Vec<Option<usize>> = scene
-                .forces
-                .iter()
-                .map(|element| element.edge.filter(|_| of(tag)(element)))
-                .collect();
-            let mut number = 0;
-            scene.forces.retain(|element| {
-                number += 1;
-                let edge = element.edge.filter(|_| of(tag)(element));
-                edge.is_none() || !edges[number..].contains(&edge)
-            });
+        SceneRule::InitialDistance(tag, name) => {
+            let Scene { particles, forces, .. } = scene;
+            for element in forces.iter_mut().filter(|element| of(tag)(element)) {
+                let Some(pair) = element.pair() else { continue };
+                let [i, j] = pair.map(|particle| particles[particle].position);
+                let squares = i.iter().zip(&j).map(|(i, j)| (i - j) * (i - j));
+                *element.parameter_mut(name) = squares.sum::<f64>().sqrt();
+            }
         }
         SceneRule::Parameter(tag, name, value) => {
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
@@ -1029,15 +1215,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 element.particles = edge.particles.into();
             }
         }
-        SceneRule::WithoutZero(tag, name) => {
-            scene.forces.retain(|element| !of(tag)(element) || element.parameter(name) != 0.0);
-        }
-        SceneRule::UnjoinedOf(tag) => {
-            let Scene { particles, forces, .. } = scene;
-            let is_free = |each: &usize| !particles[*each].fixed;
-            forces.retain(|element| !of(tag)(element) || element.particles.iter().all(is_free));
-        }
-        SceneRule::Overwrites(..) | SceneRule::Assigned(..) => {}
+        SceneRule::LeftOut { .. } | SceneRule::Overwrites(..) | SceneRule::Assigned(..) => {}
         SceneRule::OneFixed { last } => {
             let fixed = |particle: &scene::Particle| particle.fixed;
             let kept = match last {

@@ -11,7 +11,9 @@ use super::rounds::{
     Count, ELASTIC, Held, Rounds, RoundsRule, Side, Summand, Task, Uses, is_elastic, local,
     rest_length,
 };
-use super::{Change, Effect, Factor, Particles, Place, Quantity, SceneRule, Term, candidates};
+use super::{
+    Change, Effect, Factor, Particles, Place, Quantity, SceneRule, Term, Which, candidates,
+};
 
 /// Changes of the steps of a scene of rounds, each with the task that it belongs to; empty for other scenes.
 pub fn of_rounds(scene: &Scene) -> Vec<Change> {
@@ -174,7 +176,8 @@ fn of_matrices() -> Vec<Change> {
         all.push(of_scene(Task::Masses, rule, 2, words));
     }
     all.push(of_scene(Task::Selection, SceneRule::Unfixed, 0, "no pin is held"));
-    let unjoined = SceneRule::UnjoinedOf(ELASTIC.tag);
+    let which = Which::Joined;
+    let unjoined = SceneRule::LeftOut { tag: ELASTIC.tag, which, in_force_alone: false };
     all.push(of_scene(Task::Selection, unjoined, 2, "springs to pins are left out"));
     let before = SceneRule::ParticlesBefore(ELASTIC.tag);
     all.push(of_scene(Task::Incidence, before, 2, "each row is that of the spring before it"));

@@ -251,7 +251,7 @@ impl Model {
     /// `f_ext`: every term but the elastic part of springs.
     fn external(&self, time: f64, state: &State) -> Vec<f64> {
         let State { positions, velocities, .. } = state;
-        let at = Point { x: positions.clone(), v: velocities.clone(), time };
+        let at = Point::new(positions, velocities, time);
         self.force_without(&at, Some(ELASTIC))
     }
 }

@@ -47,7 +47,7 @@ struct Evaluation<'a> {
 
 impl Arithmetic for Evaluation<'_> {
     fn force(&mut self, x: &[f64], v: &[f64], after: f64) -> Vec<f64> {
-        self.model.force(&Point { x: x.to_vec(), v: v.to_vec(), time: self.time + after })
+        self.model.force(&Point::new(x, v, self.time + after))
     }
 
     fn drift(&self, x: &mut [f64], v: &[f64], h: f64) {
@@ -97,6 +97,11 @@ impl Model {
         let old = state.clone();
         let mut converged = true;
         match self.method {
+            Some(OnePoint::Explicit | OnePoint::Symplectic) if self.rules.one_by_one => {
+                self.one_by_one(time, state);
+                self.fix(&old, state);
+                return Some(true);
+            }
             Some(OnePoint::Explicit | OnePoint::Symplectic) => {
                 self.kick(time, earlier, &old, state);
             }
@@ -200,6 +205,22 @@ impl Model {
         self.fixed[dof] && self.fixed_rules.stand
     }
 
+    /// A step of an explicit method, particle by particle.
+    fn one_by_one(&self, time: f64, state: &mut State) {
+        let [of_old, of_new] = self.position_rule();
+        for first in (0..self.mass.len()).step_by(self.dimension) {
+            let force = self.force(&Point::new(&state.positions, &state.velocities, time));
+            for dof in first..first + self.dimension {
+                let old = state.velocities[dof];
+                if !self.is_held(dof) {
+                    let given = self.force_coefficient(self.mass[dof]) * force[dof];
+                    state.velocities[dof] += given / self.mass[dof];
+                }
+                state.positions[dof] += of_old * old + of_new * state.velocities[dof];
+            }
+        }
+    }
+
     /// Velocities of an explicit method.
     fn kick(&self, time: f64, earlier: Option<&State>, old: &State, state: &mut State) {
         let at = self.force_point(time, earlier, old, &old.velocities);
@@ -236,7 +257,24 @@ impl Model {
             }
         }
         let time = if self.is_implicit() { time + self.h } else { time };
-        Point { x, v: u.to_vec(), time }
+        let start = [old.positions.clone(), old.velocities.clone()];
+        Point { x, v: u.to_vec(), time, start }
+    }
+
+    /// Where Jacobians are evaluated, at the velocities `u`; `None` where there are none.
+    fn jacobian_point(
+        &self,
+        time: f64,
+        earlier: Option<&State>,
+        old: &State,
+        u: &[f64],
+    ) -> Option<Point> {
+        let (of, u) = match earlier {
+            Some(earlier) if self.rules.stale_jacobians => (earlier, &*earlier.velocities),
+            None if self.rules.stale_jacobians => return None,
+            _ => (old, u),
+        };
+        Some(self.point(time, of, u, self.rules.jacobians_at.unwrap_or(1.0)))
     }
 
     fn matrix_coefficients(&self, mass: f64) -> [f64; 2] {
@@ -262,7 +300,7 @@ impl Model {
                 .map(|dof| if self.fixed[dof] { old.velocities[dof] } else { 0.0 })
                 .collect(),
             Guess::Explicit => {
-                let at = Point { x: old.positions.clone(), v: old.velocities.clone(), time };
+                let at = Point::new(&old.positions, &old.velocities, time);
                 let force = self.force(&at);
                 let free = |dof: usize| if self.fixed[dof] { 0.0 } else { self.h * force[dof] };
                 (0..force.len())
@@ -309,9 +347,10 @@ impl Model {
         u: &[f64],
     ) -> Option<Vec<f64>> {
         let force = self.force(&self.force_point(time, earlier, old, u));
-        let at = self.point(time, old, u, self.rules.jacobians_at.unwrap_or(1.0));
-        let [k, b] = self.jacobians(&at);
         let size = u.len();
+        let at = self.jacobian_point(time, earlier, old, u);
+        let none = || [DMatrix::zeros(size, size), DMatrix::zeros(size, size)];
+        let [k, b] = at.map_or_else(none, |at| self.jacobians(&at));
         let mut matrix = DMatrix::from_fn(size, size, |row, column| {
             let [of_k, of_b] = self.matrix_coefficients(self.mass[row]);
             let side =
@@ -328,6 +367,13 @@ impl Model {
             let inertia = sign * self.mass[dof].powi(power) * (u[dof] - kept);
             self.force_coefficient(self.mass[dof]) * force[dof] - inertia
         });
+        if self.rules.stiff_right {
+            for (row, right) in right.iter_mut().enumerate() {
+                let [of_k, _] = self.matrix_coefficients(self.mass[row]);
+                *right +=
+                    of_k * u.iter().enumerate().map(|(dof, u)| k[(row, dof)] * u).sum::<f64>();
+            }
+        }
         self.hold(&mut matrix, &mut right);
         let delta = matrix.lu().solve(&right)?;
         delta.iter().all(|value| value.is_finite()).then(|| delta.data.into())
@@ -417,7 +463,7 @@ impl Model {
     }
 
     /// The points of a step at which forces and Jacobians are evaluated, from its states.
-    fn points(&self, sample: &Sample) -> [Point; 2] {
+    fn points(&self, sample: &Sample) -> (Point, Option<Point>) {
         let time = self.time(sample.step);
         let old = &sample.before;
         let u = match self.method {
@@ -425,10 +471,8 @@ impl Model {
             _ => &old.velocities,
         };
         let earlier = sample.earlier.as_ref();
-        [
-            self.force_point(time, earlier, old, u),
-            self.point(time, old, u, self.rules.jacobians_at.unwrap_or(1.0)),
-        ]
+        let force = self.force_point(time, earlier, old, u);
+        (force, self.jacobian_point(time, earlier, old, u))
     }
 
     /// The contribution of a term's quantity to `r`, with its sign: `−h F`, `−h² K δ` or `−h B δ`.
@@ -461,14 +505,21 @@ impl Model {
         if quantity != Quantity::Force && !linearized {
             return vec![0.0; self.mass.len()];
         }
-        let points = self.points(sample);
+        let (of_force, of_jacobians) = self.points(sample);
+        let at = if quantity == Quantity::Force { Some(of_force) } else { of_jacobians };
+        let Some(at) = at else { return vec![0.0; self.mass.len()] };
         let mut delta = change(sample);
+        if self.rules.stiff_right && quantity == Quantity::ByPosition {
+            delta.iter_mut().zip(&sample.before.velocities).for_each(|(delta, v)| *delta += v);
+        }
         let is_by_columns = self.rules.column_masses && quantity != Quantity::Force;
         if is_by_columns {
             delta.iter_mut().zip(&self.mass).for_each(|(delta, mass)| *delta /= mass);
         }
-        let at = &points[usize::from(quantity != Quantity::Force)];
-        let mut value = self.value(model, quantity, at, &delta);
+        let mut value = match self.rules.one_by_one {
+            true => self.value_one_by_one(model, &at, &sample.after),
+            false => self.value(model, quantity, &at, &delta),
+        };
         for (dof, value) in value.iter_mut().enumerate() {
             let mass = self.mass[dof];
             let [of_k, of_b] = self.matrix_coefficients(mass);
@@ -481,6 +532,19 @@ impl Model {
             *value *= if is_by_columns { mass } else { 1.0 };
         }
         value
+    }
+
+    /// The forces of a term on each particle, where those before it are at the end of the step.
+    fn value_one_by_one(&self, model: &TermModel, at: &Point, after: &State) -> Vec<f64> {
+        let mut at = at.clone();
+        let mut all = Vec::with_capacity(at.x.len());
+        for first in (0..at.x.len()).step_by(self.dimension) {
+            let next = first..first + self.dimension;
+            all.extend(&self.value(model, Quantity::Force, &at, &[])[next.clone()]);
+            at.x[next.clone()].copy_from_slice(&after.positions[next.clone()]);
+            at.v[next.clone()].copy_from_slice(&after.velocities[next]);
+        }
+        all
     }
 
     /// The residual of a step of a method with one evaluation; `None` for others.
@@ -533,7 +597,7 @@ impl Model {
         if !self.is_implicit() {
             return mass;
         }
-        let [_, at] = self.points(sample);
+        let (_, Some(at)) = self.points(sample) else { return mass };
         let [k, b] = self.jacobians(&at);
         mass + self.h * (self.h * row_sum(&k) + row_sum(&b))
     }

@@ -60,6 +60,9 @@ impl<'a> Deref for Samples<'a> {
     }
 }
 
+/// Number of particles up to which they are listed.
+const FEW_PARTICLES: usize = 4;
+
 /// Whether a change makes the trace's steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Agreement {
@@ -231,6 +234,86 @@ impl<'a> SceneEvidence<'a> {
         Failing { scene: self.judged.scene, moves_otherwise, moves_fixed, wrong }
     }
 
+    /// The first fixed particle that does not move by its velocity, in words.
+    pub(super) fn misplaced(&self) -> Option<String> {
+        let axes = self.scene.dimension.count();
+        let h = self.scene.time_step;
+        self.evidence.iter().filter(|evidence| evidence.is_wrong()).find_map(|evidence| {
+            let Evidence { sample, noise, .. } = evidence;
+            let (before, after) = (&sample.before, &sample.after);
+            let fixed = self.scene.particles.iter().enumerate().filter(|(_, one)| one.fixed);
+            let off = |number: usize| {
+                let mut squares = [0.0; 2];
+                for dof in number * axes..(number + 1) * axes {
+                    let (v, new) = (before.velocities[dof], after.velocities[dof]);
+                    let moved = after.positions[dof] - before.positions[dof];
+                    squares[0] += (moved - h * v).powi(2);
+                    squares[1] += (new - v).powi(2);
+                }
+                squares.map(f64::sqrt)
+            };
+            let step = sample.step + 1;
+            fixed.map(|(number, _)| (number, off(number))).find_map(|(number, [x, v])| {
+                let is_clear = |off: f64, kind: usize| off > self.limits.clearly * noise[kind];
+                let what = match (is_clear(x, 0), is_clear(v, 1)) {
+                    (true, _) => format!(
+                        "particle {number} is {x:.1e} away from where its velocity takes it"
+                    ),
+                    (false, true) => {
+                        format!("the velocity of particle {number} changes by {v:.1e}")
+                    }
+                    (false, false) => return None,
+                };
+                Some(format!("in step {step} of {}, {what}, though it is fixed", self.judged.name))
+            })
+        })
+    }
+
+    /// What part of the equation of the first wrong step is off, in words, if the rest is right.
+    pub(super) fn wrong_part(&self) -> Option<String> {
+        let model = Model::new(&self.scene, &[]);
+        let axes = self.scene.dimension.count();
+        let Evidence { sample, noise: [_, v], .. } =
+            self.evidence.iter().find(|evidence| evidence.is_wrong())?;
+        let residual = model.residual(sample)?;
+        let bound = self.limits.clearly * v * residual.stiffness;
+        let momentum = residual.momentum.iter().enumerate();
+        let free = momentum.filter(|(dof, _)| !self.scene.particles[dof / axes].fixed);
+        let (wrong, mut right): (Vec<_>, Vec<_>) = free.partition(|(_, left)| left.abs() > bound);
+        // Where nothing changes, an equation holds that says nothing.
+        right.retain(|(dof, _)| sample.after.velocities[*dof] != sample.before.velocities[*dof]);
+        if right.is_empty() {
+            return None;
+        }
+        let all = |list: &[(usize, &f64)], of: fn(usize, usize) -> usize| -> BTreeSet<usize> {
+            list.iter().map(|(dof, _)| of(*dof, axes)).collect()
+        };
+        let [wrong_axes, right_axes] = [&wrong, &right].map(|list| all(list, |dof, n| dof % n));
+        let [wrong_particles, right_particles] =
+            [&wrong, &right].map(|list| all(list, |dof, n| dof / n));
+        let what = if wrong_particles.is_disjoint(&right_particles) {
+            let numbers = |list: &BTreeSet<usize>| {
+                let names: Vec<String> = list.iter().map(usize::to_string).collect();
+                let noun = if names.len() == 1 { "particle" } else { "particles" };
+                format!("{noun} {}", names.join(", "))
+            };
+            match wrong_particles.len() {
+                0 => return None,
+                1..=FEW_PARTICLES => format!("is off for {} only", numbers(&wrong_particles)),
+                _ if right_particles.len() <= FEW_PARTICLES => {
+                    format!("holds for {} only", numbers(&right_particles))
+                }
+                _ => return None,
+            }
+        } else if wrong_axes.len() == 1 && wrong_axes.is_disjoint(&right_axes) && axes > 1 {
+            let axis = wrong_axes.first().map_or("", |axis| ["x", "y", "z"][*axis]);
+            format!("is off along {axis} only")
+        } else {
+            return None;
+        };
+        Some(format!("the equation of step {} of {} {what}", sample.step + 1, self.judged.name))
+    }
+
     /// Whether every step from this state on is made from the trace's own state before it.
     fn single_steps(&self, model: &Model, from: usize) -> Agreement {
         let later = self.evidence.iter().filter(|e| e.sample.step as usize + 1 >= from);
@@ -243,6 +326,18 @@ impl<'a> SceneEvidence<'a> {
             }
         }
         all
+    }
+}
+
+/// Where numbers stop being finite before the last state in some scenes, the last state is no fault of the output in others.
+pub(super) fn settle_last_states(scenes: &mut [SceneEvidence<'_>]) {
+    let is_earlier = |scene: &SceneEvidence<'_>| {
+        matches!(scene.judged.outcome, Outcome::NotFinite(_)) && scene.kind == Some(Kind::Wrong)
+    };
+    if scenes.iter().any(is_earlier) {
+        for scene in scenes.iter_mut().filter(|one| one.kind == Some(Kind::NotFiniteAtLast)) {
+            scene.kind = Some(Kind::Wrong);
+        }
     }
 }
 

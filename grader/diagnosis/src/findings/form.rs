@@ -213,7 +213,7 @@ impl Kind {
             Outcome::OutOfMemory => Self::Memory,
             Outcome::NoTrace => Self::NoTrace,
             Outcome::TooMuchOutput => Self::TooMuch,
-            Outcome::Malformed => in_numbers().unwrap_or(Self::Malformed),
+            Outcome::Malformed(_) => in_numbers().unwrap_or(Self::Malformed),
             Outcome::OtherTimes(step) => {
                 Self::TimeStep(format!("{:.9e}", step).parse::<f64>().unwrap_or(*step).to_string())
             }

@@ -53,8 +53,8 @@ pub enum Outcome {
     NoTrace,
     /// The program exceeded an output limit.
     TooMuchOutput,
-    /// The trace is not in its format.
-    Malformed,
+    /// The trace is not in its format: what is wrong, in words.
+    Malformed(String),
     /// The times of the trace count by this time step, which is not the scene's.
     OtherTimes(f64),
     /// The trace holds an infinity or a NaN in the state of this number.

@@ -6,6 +6,7 @@
 //!        ── fit.rs        numbers in changes, from the steps
 //!        ── search.rs     changes that make the same steps, proven by replay; up to three mistakes together
 //!        ── scope.rs      what is left: a feature, where exactly its scenes fail
+//!        ── shared.rs     what the scenes share that are left then, in groups
 //!        ── tasks.rs      what that says of each task of the hand-out on rounds
 //! ```
 //!
@@ -15,17 +16,18 @@
 
 mod evidence;
 mod feature;
+mod finding;
 mod fit;
 mod form;
 mod judged;
 mod scope;
 mod search;
+mod shared;
 mod tasks;
 mod thresholds;
 mod trace;
 
 use std::collections::BTreeSet;
-use std::fmt;
 
 use crate::change::{Change, Place, Term, rounds};
 use rayon::prelude::*;
@@ -40,10 +42,12 @@ use crate::steps::Evidence;
 
 use evidence::{Marked, SceneEvidence};
 pub use feature::{Family, Feature, Part, Symptom};
+pub use finding::{Finding, FindingKind, Progress};
 use form::Kind;
 pub use judged::{ContextRow, Diagnosis, FirstWrong, Found, JudgedScene, Outcome, Restarts};
 use scope::Failing;
 use search::{Assignment, Cause};
+use shared::Shared;
 pub use tasks::of_passed as tasks_of_passed;
 pub use tasks::{TaskFinding, TaskVerdict};
 pub use thresholds::Thresholds;
@@ -51,12 +55,6 @@ pub use trace::is_recorded;
 
 /// Minimum number of failing scenes from which a feature is inferred.
 const FEW: usize = 2;
-
-/// Maximum number of groups of wrong scenes that share something.
-const GROUPS: usize = 3;
-
-/// Wrong scenes that one right scene with the same property outweighs.
-const PASSING: usize = 4;
 
 /// What was found in a submission.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -67,197 +65,6 @@ pub struct Findings {
     pub progress: Option<Progress>,
     /// The tasks of the hand-out on rounds of local and global steps; empty unless all scenes are of that method.
     pub tasks: Vec<TaskFinding>,
-}
-
-/// A finding.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// Its kind.
-    pub kind: FindingKind,
-    /// The feature at fault; several if each explains everything alike.
-    pub features: Vec<Feature>,
-    /// The mistake as a sentence, one for each feature; the same for features at fault together, which follow each other.
-    pub words: Vec<String>,
-    /// The scenes that it explains, by name.
-    pub scenes: Vec<String>,
-    /// Scenes in which Newton's method converges slowly or not at all with the mistake: neither for nor against it.
-    pub open: usize,
-    /// Wrong scenes in which the mistake acts, and that no finding explains; 0 if it is proven.
-    pub unexplained: usize,
-}
-
-/// How sure a finding is, and of what.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum FindingKind {
-    /// A fault of the output.
-    Output,
-    /// A mistake, proven by replay: with the others that are named, it makes every wrong scene in which it acts, but for
-    /// those that another finding explains.
-    Cause,
-    /// A mistake that makes most of the wrong scenes in which it acts, and not all.
-    Possible,
-    /// A feature whose scenes are wrong, without a cause.
-    Feature,
-    /// Runs that crash, do not end or take too much memory.
-    Ends(Symptom),
-    /// Implicit steps that satisfy their equation, with another solution.
-    OtherRoot,
-    /// What scenes that are wrong for no known reason have in common. It may be right.
-    Common,
-    /// A feature that is not there.
-    NotImplemented,
-}
-
-impl FindingKind {
-    /// The machine-readable name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Output => "output",
-            Self::Cause => "cause",
-            Self::Possible => "possible-cause",
-            Self::Feature => "feature",
-            Self::Ends(symptom) => symptom.name(),
-            Self::OtherRoot => "other-root",
-            Self::Common => "common",
-            Self::NotImplemented => "not-implemented",
-        }
-    }
-}
-
-impl Finding {
-    /// The finding as a sentence.
-    pub fn sentence(&self) -> String {
-        let mut all = self.words.clone();
-        all.dedup();
-        let all = all.join(", or ");
-        match self.kind {
-            FindingKind::Feature => format!("Look at {all}"),
-            FindingKind::NotImplemented => format!("Not implemented: {all}"),
-            FindingKind::Ends(symptom) => format!("{symptom}: {all}"),
-            FindingKind::Possible => format!("Perhaps {all}"),
-            FindingKind::Common => format!("No cause found; {all}"),
-            FindingKind::Output | FindingKind::Cause | FindingKind::OtherRoot => all,
-        }
-    }
-
-    /// The order in which features that are not there should be made: that of the registries.
-    fn in_order_of_work(&self) -> usize {
-        let forces = force::REGISTRY.len();
-        match (self.kind, self.features.first()) {
-            (FindingKind::NotImplemented, Some(Feature::Force(part))) => {
-                force::REGISTRY.iter().position(|kind| kind.schema.tag == part.tag()).unwrap_or(0)
-            }
-            (FindingKind::NotImplemented, Some(Feature::Integrator(name))) => {
-                let place = integrator::REGISTRY.iter().position(|kind| kind.schema.name == *name);
-                forces + place.unwrap_or(0)
-            }
-            _ => 0,
-        }
-    }
-
-    /// What the findings take for granted: the symbols of formulas, and the hand-outs' sign convention.
-    pub fn notes<'a>(list: impl Iterator<Item = &'a Self> + Clone) -> Vec<&'static str> {
-        let is_of_change =
-            |finding: &&Self| matches!(finding.kind, FindingKind::Cause | FindingKind::Possible);
-        let causes = || list.clone().filter(is_of_change);
-        let is_of_pair = |feature: &Feature| match feature {
-            Feature::Force(part) | Feature::Jacobian(part) => part.schema().stencil.size() == 2,
-            _ => false,
-        };
-        let is_symbol = |word: &str| ["d", "l", "n", "w", "nᵀ", "wᵀ", "n·w"].contains(&word);
-        let mut words = causes()
-            .filter(|finding| finding.features.iter().any(is_of_pair))
-            .flat_map(|finding| &finding.words)
-            .flat_map(|words| words.split(|c: char| c.is_whitespace() || "(),/".contains(c)));
-        let is_jacobian = |finding: &Self| {
-            finding.features.iter().all(|feature| matches!(feature, Feature::Jacobian(_)))
-        };
-        let mut notes = Vec::new();
-        if words.any(is_symbol) {
-            notes.push("Of particles i and j: d = x_i − x_j, l = |d|, n = d/l, w = v_i − v_j.");
-        }
-        if causes().any(is_jacobian) {
-            notes.push(
-                "If your code follows the starter code, accumulateddUdxdx adds −dF/dx and accumulateddUdxdv adds −dF/dv.",
-            );
-        }
-        notes
-    }
-
-    /// The evidence in words.
-    pub fn evidence(&self) -> String {
-        let count = self.scenes.len();
-        let scenes = |count: usize| {
-            if count == 1 { "1 scene".to_owned() } else { format!("{count} scenes") }
-        };
-        let open = match self.open {
-            0 => String::new(),
-            open => format!(
-                "; {open} more say nothing of it, as Newton's method hardly converges with this mistake"
-            ),
-        };
-        match self.kind {
-            FindingKind::Cause => {
-                let all = scenes(count);
-                format!("proven: reproduces your traces in {count} of {all} where it acts{open}")
-            }
-            FindingKind::Possible => {
-                let all = scenes(count + self.unexplained);
-                format!(
-                    "not proven: reproduces your traces in {count} of {all} that are wrong where it acts{open}"
-                )
-            }
-            FindingKind::Feature => {
-                format!("wrong in {}; no change that grade tries explains it", scenes(count))
-            }
-            FindingKind::OtherRoot => {
-                format!("{}: the step solves the same equation; another solution", scenes(count))
-            }
-            FindingKind::Output
-            | FindingKind::Ends(_)
-            | FindingKind::Common
-            | FindingKind::NotImplemented => scenes(count),
-        }
-    }
-
-    /// The finding on a program whose repeated runs of these scenes differ: no other finding is sure then.
-    pub fn of_differing_runs(scenes: Vec<String>) -> Self {
-        let words = "the program is not deterministic: the same scene gives different traces, as where a variable is \
-                     used before it is set; what else is said may change from run to run";
-        Self {
-            kind: FindingKind::Output,
-            features: vec![Feature::Output],
-            words: vec![words.to_owned()],
-            scenes,
-            open: 0,
-            unexplained: 0,
-        }
-    }
-}
-
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({})", self.sentence(), self.evidence())
-    }
-}
-
-/// What an unfinished submission has, and what comes next.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Progress {
-    /// What is implemented.
-    pub implemented: Vec<String>,
-    /// The simplest required thing that is not there, or another one once nothing required is wrong: in words, and a scene.
-    pub next: Option<(String, String)>,
-}
-
-impl fmt::Display for Progress {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Implemented: {}", self.implemented.join(", "))?;
-        match &self.next {
-            Some((what, scene)) => write!(f, "; next: {what}, scene {scene}"),
-            None => Ok(()),
-        }
-    }
 }
 
 impl From<Place> for Feature {
@@ -304,7 +111,8 @@ impl Findings {
     /// each scene.
     pub fn of(judged: &[JudgedScene<'_>], limits: &Thresholds) -> (Self, Vec<Found>) {
         let evidence = judged.par_iter().map(|judged| SceneEvidence::of(judged, limits));
-        let evidence: Vec<SceneEvidence<'_>> = evidence.collect();
+        let mut evidence: Vec<SceneEvidence<'_>> = evidence.collect();
+        evidence::settle_last_states(&mut evidence);
         let mut scenes: Vec<Marked<'_>> = evidence.iter().map(Marked::new).collect();
         // A message of the compiler is in the report already.
         if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
@@ -324,7 +132,7 @@ impl Findings {
         }
         take_rounded(&mut scenes, &mut list);
         let mut to_look_at = features(&scenes, &causes);
-        let shared = common(&scenes, &to_look_at);
+        let shared = shared::common(&scenes, &to_look_at);
         // What a program does in place of a method that it lacks is no evidence of that method.
         let lacking: Vec<Feature> = causes
             .iter()
@@ -372,7 +180,12 @@ impl Findings {
                     causes: changes.iter().map(|change| change.words.clone()).collect(),
                     other_root: *root,
                     restarts: None,
-                    explanation: Explanation::of(scene.judged.scene, &scene.evidence, &changes),
+                    explanation: Explanation::of(
+                        scene.judged.scene,
+                        &scene.evidence,
+                        &changes,
+                        scene.judged.first_wrong.map(|first| first.particle),
+                    ),
                 }
             });
             found.push(Found { diagnosis, lacks });
@@ -381,10 +194,41 @@ impl Findings {
         let tasks = tasks::of(&scenes, &list);
         list.extend(unnamed);
         drop_lacking(&mut list);
+        list.iter_mut().for_each(|finding| finding.example = example(finding, &scenes));
         // Stable: causes keep the order in which they were found.
         list.sort_by_key(|finding| (finding.kind, finding.in_order_of_work()));
         let progress = progress(judged, &found, &list);
         (Self { list, progress, tasks }, found)
+    }
+}
+
+/// One case of a finding in numbers, in words, where its own words say less.
+fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
+    let is_in = |scene: &&Marked<'_>| finding.scenes.iter().any(|one| one == scene.judged.name);
+    let mut concerned: Vec<&Marked<'_>> = scenes.iter().filter(is_in).collect();
+    concerned.sort_by_key(|scene| scene.simplicity());
+    let malformed = |scene: &&Marked<'_>| match &scene.judged.outcome {
+        Outcome::Malformed(what) if scene.kind == Some(Kind::Malformed) => {
+            Some(format!("in {}, {what}", scene.judged.name))
+        }
+        _ => None,
+    };
+    let mut each = concerned.iter();
+    match finding.kind {
+        FindingKind::Output => each.find_map(malformed),
+        FindingKind::Feature | FindingKind::Common => {
+            let misplaced = each.find_map(|scene| scene.misplaced());
+            let is_late = concerned.iter().all(|scene| scene.steps.is_right_first_alone());
+            let late = "the first step of each is right and all later ones are wrong, as where something is \
+                        kept from the step before";
+            let late = (is_late && !concerned.is_empty()).then(|| late.to_owned());
+            let part = || concerned.first().and_then(|scene| scene.wrong_part());
+            misplaced.or(late).or_else(part)
+        }
+        _ => {
+            let is_of_fixed = finding.features.iter().any(|one| matches!(one, Feature::Fixed(_)));
+            each.filter(|_| is_of_fixed).find_map(|scene| scene.misplaced())
+        }
     }
 }
 
@@ -439,23 +283,13 @@ fn of_cause(cause: &Cause, kind: FindingKind, scenes: &[Marked<'_>], exceptions:
     let numbers = cause.scenes.iter();
     if kind == FindingKind::Feature {
         let numbers = numbers.chain(&cause.unexplained);
-        return Finding {
-            kind,
-            words: features.iter().map(Feature::to_string).collect(),
-            features,
-            scenes: names(numbers.map(|number| &scenes[*number])),
-            open: 0,
-            unexplained: 0,
-        };
+        let words = features.iter().map(Feature::to_string).collect();
+        return Finding::new(kind, features, words, names(numbers.map(|n| &scenes[*n])));
     }
-    Finding {
-        kind,
-        features,
-        words: cause.alternatives.iter().map(|change| change.words.clone()).collect(),
-        scenes: names(numbers.map(|number| &scenes[*number])),
-        open: cause.open,
-        unexplained: exceptions,
-    }
+    let words = cause.alternatives.iter().map(|change| change.words.clone()).collect();
+    let scenes = names(numbers.map(|number| &scenes[*number]));
+    let finding = Finding::new(kind, features, words, scenes);
+    Finding { open: cause.open, unexplained: exceptions, ..finding }
 }
 
 fn names<'a, 'b: 'a>(scenes: impl Iterator<Item = &'a Marked<'b>>) -> Vec<String> {
@@ -506,14 +340,10 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
         let found = names(numbers.iter().map(|number| &scenes[*number]));
         match list.iter_mut().find(|known| known.features == features) {
             Some(known) => known.scenes.extend(found),
-            None => list.push(Finding {
-                kind: FindingKind::Output,
-                words: vec![kind.sentence(); features.len()],
-                features,
-                scenes: found,
-                open: 0,
-                unexplained: 0,
-            }),
+            None => {
+                let words = vec![kind.sentence(); features.len()];
+                list.push(Finding::new(FindingKind::Output, features, words, found));
+            }
         }
     }
     list
@@ -576,14 +406,7 @@ fn other_roots(scenes: &mut [Marked<'_>], roots: &[Option<u64>]) -> Option<Findi
         found.push(scene.judged.name.to_owned());
     }
     let words = "Newton's method ends at another solution than from the old velocities";
-    Some(Finding {
-        kind: FindingKind::OtherRoot,
-        features: vec![feature?],
-        words: vec![words.to_owned()],
-        scenes: found,
-        open: 0,
-        unexplained: 0,
-    })
+    Some(Finding::new(FindingKind::OtherRoot, vec![feature?], vec![words.to_owned()], found))
 }
 
 /// Whether a step is one step of Newton's method.
@@ -633,14 +456,7 @@ fn features(scenes: &[Marked<'_>], causes: &[Cause]) -> Vec<Finding> {
         };
         !(matches!(feature, Feature::Integrator(_)) && numbers.iter().any(is_open))
     });
-    let finding = |(feature, detail, numbers): scope::Guilty| Finding {
-        kind: FindingKind::Feature,
-        features: vec![feature],
-        words: vec![in_words(feature, &detail)],
-        scenes: names(numbers.into_iter().map(|number| failing[number])),
-        open: 0,
-        unexplained: 0,
-    };
+    let finding = |guilty| of_guilty(FindingKind::Feature, guilty, &failing);
     found.into_iter().map(finding).collect()
 }
 
@@ -652,183 +468,18 @@ fn is_unexplained(scene: &Marked<'_>) -> bool {
     is_wrong && !scene.explained && !scene.open
 }
 
-/// What wrong scenes share that nothing explains.
-struct Shared {
-    finding: Finding,
-    /// The one feature that they share and no right scene has.
-    apart: Option<Feature>,
-}
-
-/// A property of scenes, in words.
-struct Property {
-    words: String,
-    /// The feature that it is; `None` for a circumstance.
-    feature: Option<Feature>,
-    holds: Box<dyn Fn(&Scene) -> bool>,
-}
-
-/// Properties that may distinguish wrong scenes from right ones: features first, then circumstances.
-fn properties(right: &[&Scene]) -> Vec<Property> {
-    let mut all = Vec::new();
-    let mut add = |words: &str, feature: Option<Feature>, holds: Box<dyn Fn(&Scene) -> bool>| {
-        all.push(Property { words: words.to_owned(), feature, holds });
-    };
-    for term in Term::all() {
-        let feature = Feature::from(Place::Force(term));
-        let holds = move |scene: &Scene| terms(scene).contains(&term);
-        add(&term.to_string(), Some(feature), Box::new(holds));
-    }
-    fn fixed(scene: &Scene) -> impl Iterator<Item = &scene::Particle> {
-        scene.particles.iter().filter(|particle| particle.fixed)
-    }
-    let any = Some(Feature::Fixed(Family::Any));
-    add("fixed particles", any, Box::new(|scene| fixed(scene).next().is_some()));
-    for kind in integrator::REGISTRY {
-        let name = kind.schema.name;
-        let holds = move |scene: &Scene| scene.integrator.name == name;
-        add(&format!("integrator {name}"), Some(Feature::Integrator(name)), Box::new(holds));
-    }
-    for (words, is_implicit) in [("explicit methods", false), ("implicit methods", true)] {
-        let holds =
-            move |scene: &Scene| (scene.integrator.matrix == Matrix::Jacobians) == is_implicit;
-        add(words, None, Box::new(holds));
-    }
-    let moves = |scene: &Scene| fixed(scene).any(|particle| particle.velocity != [0.0; 3]);
-    add("fixed particles that move", None, Box::new(moves));
-    add("several fixed particles", None, Box::new(|scene| fixed(scene).count() > 1));
-    add(
-        "two forces on one edge",
-        None,
-        Box::new(|scene| {
-            let edges: Vec<_> = scene.forces.iter().filter_map(|element| element.edge).collect();
-            (1..edges.len()).any(|k| edges[..k].contains(&edges[k]))
-        }),
-    );
-    for kind in force::REGISTRY {
-        let tag = kind.schema.tag;
-        let count = move |scene: &Scene| {
-            scene.forces.iter().filter(|element| element.schema.tag == tag).count() > 1
-        };
-        add(&format!("several elements of {tag}"), None, Box::new(count));
-    }
-    let masses = |scene: &Scene| scene.particles.iter().any(|particle| particle.mass != 1.0);
-    add("masses other than 1", None, Box::new(masses));
-    let most = right.iter().map(|scene| scene.particles.len()).max().unwrap_or(0);
-    let is_large = move |scene: &Scene| scene.particles.len() > most;
-    add(&format!("more than {most} particles"), None, Box::new(is_large));
-    all
-}
-
-/// What the scenes share that nothing explains and in which no feature stands out, in groups. Traces that are not finite
-/// are groups of their own.
-fn common(scenes: &[Marked<'_>], found: &[Finding]) -> Vec<Shared> {
-    let is_named = |scene: &Marked<'_>| {
-        found.iter().any(|f| f.scenes.iter().any(|name| name == scene.judged.name))
-    };
-    let is_open = |scene: &&Marked<'_>| {
-        scene.kind == Some(Kind::Wrong) && !scene.explained && !scene.open && !is_named(scene)
-    };
-    let is_finite = |scene: &&Marked<'_>| !matches!(scene.judged.outcome, Outcome::NotFinite(_));
-    let (finite, other): (Vec<_>, Vec<_>) = scenes.iter().filter(is_open).partition(is_finite);
-    let is_right = |scene: &&Marked<'_>| scene.passed || scene.explained && scene.is_suspect();
-    let right: Vec<&Scene> =
-        scenes.iter().filter(is_right).map(|scene| scene.judged.scene).collect();
-    let mut all = groups(other, &right, "NaN or infinite numbers in the trace; ");
-    all.extend(groups(finite, &right, ""));
-    all
-}
-
-/// Wrong scenes in groups: first those that share what no right scene has, the larger ones first; then the others together.
-fn groups(mut failing: Vec<&Marked<'_>>, right: &[&Scene], what: &str) -> Vec<Shared> {
-    let all = properties(right);
-    let mut found = Vec::new();
-    while failing.len() >= FEW && found.len() < GROUPS {
-        let mut best: (usize, Vec<&Property>) = (0, Vec::new());
-        let singles = all.iter().map(|one| vec![one]);
-        let others = |number: usize| &all[number + 1..];
-        let pairs = all.iter().enumerate();
-        let pairs = pairs.flat_map(|(n, one)| others(n).iter().map(move |two| vec![one, two]));
-        for properties in singles.chain(pairs) {
-            let holds = |scene: &Scene| properties.iter().all(|one| (one.holds)(scene));
-            let count = failing.iter().filter(|scene| holds(scene.judged.scene)).count();
-            let pass = right.iter().filter(|scene| holds(scene)).count();
-            let score = count.saturating_sub(PASSING * pass);
-            // Of equal groups, the one that fewer and earlier properties describe.
-            if count >= FEW && score > best.0 {
-                best = (score, properties);
-            }
-        }
-        let (_, best) = best;
-        if best.is_empty() {
-            break;
-        }
-        let is_in = |scene: &&Marked<'_>| best.iter().all(|one| (one.holds)(scene.judged.scene));
-        let (group, rest): (Vec<_>, Vec<_>) = failing.into_iter().partition(is_in);
-        failing = rest;
-        let holds = |scene: &&&Scene| best.iter().all(|one| (one.holds)(scene));
-        let pass = right.iter().filter(holds).count();
-        let words = format!("{what}{}", shared_in_words(&best, pass));
-        let apart = if best.len() == 1 && pass == 0 { best[0].feature } else { None };
-        found.push(Shared { finding: unnamed(words, &group), apart });
-    }
-    if !failing.is_empty() {
-        let words = format!("{what}{}", rest_in_words(&all, &failing, right));
-        found.push(Shared { finding: unnamed(words, &failing), apart: None });
-    }
-    found
-}
-
-/// What all of these scenes share, and how many right scenes share it too.
-fn rest_in_words(all: &[Property], failing: &[&Marked<'_>], right: &[&Scene]) -> String {
-    let in_all = |one: &&Property| failing.iter().all(|scene| (one.holds)(scene.judged.scene));
-    let mut shared: Vec<&Property> = all.iter().filter(in_all).collect();
-    let count = |shared: &[&Property]| {
-        right.iter().filter(|scene| shared.iter().all(|one| (one.holds)(scene))).count()
-    };
-    // Without what sets no right scene apart.
-    let pass = count(&shared);
-    for number in (0..shared.len()).rev() {
-        let one = shared.remove(number);
-        if count(&shared) > pass {
-            shared.insert(number, one);
-        }
-    }
-    shared_in_words(&shared, pass)
-}
-
-fn shared_in_words(shared: &[&Property], pass: usize) -> String {
-    let Some((last, before)) = shared.split_last() else {
-        return "nothing that grade knows sets these scenes apart".to_owned();
-    };
-    let before: Vec<&str> = before.iter().map(|one| one.words.as_str()).collect();
-    let list = match before.is_empty() {
-        true => last.words.clone(),
-        false => format!("{} and {}", before.join(", "), last.words),
-    };
-    let rest = match pass {
-        0 => "which no scene that passes has".to_owned(),
-        1 => "which 1 scene that passes has too".to_owned(),
-        pass => format!("which {pass} scenes that pass have too"),
-    };
-    format!("the scenes share {list}, {rest}")
-}
-
-fn unnamed(words: String, scenes: &[&Marked<'_>]) -> Finding {
-    Finding {
-        kind: FindingKind::Common,
-        features: Vec::new(),
-        words: vec![words],
-        scenes: names(scenes.iter().copied()),
-        open: 0,
-        unexplained: 0,
-    }
-}
-
-fn in_words(feature: Feature, circumstances: &str) -> String {
-    match circumstances {
+/// The finding on a feature whose scenes fail.
+fn of_guilty(
+    kind: FindingKind,
+    (feature, detail, numbers): scope::Guilty,
+    failing: &[&Marked<'_>],
+) -> Finding {
+    let words = match detail.as_str() {
         "" => feature.to_string(),
-        circumstances => format!("{feature}, {circumstances}"),
-    }
+        detail => format!("{feature}, {detail}"),
+    };
+    let scenes = names(numbers.into_iter().map(|number| failing[number]));
+    Finding::new(kind, vec![feature], vec![words], scenes)
 }
 
 /// The features whose scenes are exactly those that crash, do not end, or take too much memory.
@@ -847,17 +498,10 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
             None => scope::eliminated(&wrong, &right, FEW),
         };
         if found.is_empty() {
-            let groups = groups(failing, &right, &format!("{symptom}; "));
+            let groups = shared::groups(failing, &right, &format!("{symptom}; "));
             return groups.into_iter().map(|shared| shared.finding).collect();
         }
-        let finding = |(feature, detail, numbers): scope::Guilty| Finding {
-            kind: FindingKind::Ends(symptom),
-            features: vec![feature],
-            words: vec![in_words(feature, &detail)],
-            scenes: names(numbers.into_iter().map(|number| failing[number])),
-            open: 0,
-            unexplained: 0,
-        };
+        let finding = |guilty| of_guilty(FindingKind::Ends(symptom), guilty, &failing);
         found.into_iter().map(finding).collect()
     };
     [Symptom::Crash, Symptom::TimeOut, Symptom::Memory].into_iter().flat_map(of).collect()
@@ -914,14 +558,9 @@ fn refused(scenes: &[Marked<'_>], list: &mut [Finding]) -> Vec<Finding> {
                 known.scenes.extend(scenes);
                 None
             }
-            None => Some(Finding {
-                kind: FindingKind::NotImplemented,
-                features: vec![feature],
-                words: vec![words],
-                scenes,
-                open: 0,
-                unexplained: 0,
-            }),
+            None => {
+                Some(Finding::new(FindingKind::NotImplemented, vec![feature], vec![words], scenes))
+            }
         }
     };
     found.into_iter().filter_map(finding).collect()

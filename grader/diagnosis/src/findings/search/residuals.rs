@@ -5,7 +5,7 @@
 
 use crate::change::candidates::{self, Numbered, NumberedForce};
 use crate::change::round_changes;
-use crate::change::{Change, Effect, Factor, Model, Place, Quantity, Term};
+use crate::change::{Change, Effect, Model, Place, Quantity, Term};
 use rayon::prelude::*;
 
 use crate::findings::evidence::{Agreement, Samples, SceneEvidence};
@@ -330,10 +330,13 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         | Effect::Blocks(term, quantity, _)
         | Effect::Axes(term, quantity, _)
         | Effect::Particles(term, quantity, _) => Some((*term, *quantity)),
-        Effect::Factor(term, quantities, Factor { .. }) => Some((*term, quantities[0])),
-        Effect::Derived(term, _) | Effect::Ends(term, _) | Effect::Length(term, _) => {
-            Some((*term, Quantity::Force))
-        }
+        Effect::Factor(term, quantities, _)
+        | Effect::Start(term, quantities, _)
+        | Effect::Masses(term, quantities, _) => Some((*term, quantities[0])),
+        Effect::Derived(term, _)
+        | Effect::Ends(term, _)
+        | Effect::Length(term, _)
+        | Effect::Read(term, _) => Some((*term, Quantity::Force)),
         Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => None,
     }
 }

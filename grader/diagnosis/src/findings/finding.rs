@@ -1,0 +1,208 @@
+//! A finding: what is wrong, in words, with its evidence.
+
+use std::fmt;
+
+use simulator::force;
+use simulator::integrator;
+
+use super::feature::{Feature, Symptom};
+
+/// A finding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// Its kind.
+    pub kind: FindingKind,
+    /// The feature at fault; several if each explains everything alike.
+    pub features: Vec<Feature>,
+    /// The mistake as a sentence, one for each feature; the same for features at fault together, which follow each other.
+    pub words: Vec<String>,
+    /// The scenes that it explains, by name.
+    pub scenes: Vec<String>,
+    /// Scenes in which Newton's method converges slowly or not at all with the mistake: neither for nor against it.
+    pub open: usize,
+    /// Wrong scenes in which the mistake acts, and that no finding explains; 0 if it is proven.
+    pub unexplained: usize,
+    /// One case in numbers, in words; `None` where the words say it all.
+    pub example: Option<String>,
+}
+
+/// How sure a finding is, and of what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FindingKind {
+    /// A fault of the output.
+    Output,
+    /// A mistake, proven by replay: with the others that are named, it makes every wrong scene in which it acts, but for
+    /// those that another finding explains.
+    Cause,
+    /// A mistake that makes most of the wrong scenes in which it acts, and not all.
+    Possible,
+    /// A feature whose scenes are wrong, without a cause.
+    Feature,
+    /// Runs that crash, do not end or take too much memory.
+    Ends(Symptom),
+    /// Implicit steps that satisfy their equation, with another solution.
+    OtherRoot,
+    /// What scenes that are wrong for no known reason have in common. It may be right.
+    Common,
+    /// A feature that is not there.
+    NotImplemented,
+}
+
+impl FindingKind {
+    /// The machine-readable name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Output => "output",
+            Self::Cause => "cause",
+            Self::Possible => "possible-cause",
+            Self::Feature => "feature",
+            Self::Ends(symptom) => symptom.name(),
+            Self::OtherRoot => "other-root",
+            Self::Common => "common",
+            Self::NotImplemented => "not-implemented",
+        }
+    }
+}
+
+impl Finding {
+    /// One that nothing speaks against, without an example.
+    pub(super) fn new(
+        kind: FindingKind,
+        features: Vec<Feature>,
+        words: Vec<String>,
+        scenes: Vec<String>,
+    ) -> Self {
+        Self { kind, features, words, scenes, open: 0, unexplained: 0, example: None }
+    }
+
+    /// The finding as a sentence.
+    pub fn sentence(&self) -> String {
+        let mut all = self.words.clone();
+        all.dedup();
+        let all = all.join(", or ");
+        match self.kind {
+            FindingKind::Feature => format!("Look at {all}"),
+            FindingKind::NotImplemented => format!("Not implemented: {all}"),
+            FindingKind::Ends(symptom) => format!("{symptom}: {all}"),
+            FindingKind::Possible => format!("Perhaps {all}"),
+            FindingKind::Common => format!("No cause found; {all}"),
+            FindingKind::Output | FindingKind::Cause | FindingKind::OtherRoot => all,
+        }
+    }
+
+    /// The order in which features that are not there should be made: that of the registries.
+    pub(super) fn in_order_of_work(&self) -> usize {
+        let forces = force::REGISTRY.len();
+        match (self.kind, self.features.first()) {
+            (FindingKind::NotImplemented, Some(Feature::Force(part))) => {
+                force::REGISTRY.iter().position(|kind| kind.schema.tag == part.tag()).unwrap_or(0)
+            }
+            (FindingKind::NotImplemented, Some(Feature::Integrator(name))) => {
+                let place = integrator::REGISTRY.iter().position(|kind| kind.schema.name == *name);
+                forces + place.unwrap_or(0)
+            }
+            _ => 0,
+        }
+    }
+
+    /// What the findings take for granted: the symbols of formulas, and the hand-outs' sign convention.
+    pub fn notes<'a>(list: impl Iterator<Item = &'a Self> + Clone) -> Vec<&'static str> {
+        let is_of_change =
+            |finding: &&Self| matches!(finding.kind, FindingKind::Cause | FindingKind::Possible);
+        let causes = || list.clone().filter(is_of_change);
+        let is_of_pair = |feature: &Feature| match feature {
+            Feature::Force(part) | Feature::Jacobian(part) => part.schema().stencil.size() == 2,
+            _ => false,
+        };
+        let is_symbol = |word: &str| ["d", "l", "n", "w", "nᵀ", "wᵀ", "n·w"].contains(&word);
+        let mut words = causes()
+            .filter(|finding| finding.features.iter().any(is_of_pair))
+            .flat_map(|finding| &finding.words)
+            .flat_map(|words| words.split(|c: char| c.is_whitespace() || "(),/".contains(c)));
+        let is_jacobian = |finding: &Self| {
+            finding.features.iter().all(|feature| matches!(feature, Feature::Jacobian(_)))
+        };
+        let mut notes = Vec::new();
+        if words.any(is_symbol) {
+            notes.push("Of particles i and j: d = x_i − x_j, l = |d|, n = d/l, w = v_i − v_j.");
+        }
+        if causes().any(is_jacobian) {
+            notes.push(
+                "If your code follows the starter code, accumulateddUdxdx adds −dF/dx and accumulateddUdxdv adds −dF/dv.",
+            );
+        }
+        notes
+    }
+
+    /// The evidence in words.
+    pub fn evidence(&self) -> String {
+        let count = self.scenes.len();
+        let scenes = |count: usize| {
+            if count == 1 { "1 scene".to_owned() } else { format!("{count} scenes") }
+        };
+        let open = match self.open {
+            0 => String::new(),
+            open => format!(
+                "; {open} more say nothing of it, as Newton's method hardly converges with this mistake"
+            ),
+        };
+        let evidence = match self.kind {
+            FindingKind::Cause => {
+                let all = scenes(count);
+                format!("proven: reproduces your traces in {count} of {all} where it acts{open}")
+            }
+            FindingKind::Possible => {
+                let all = scenes(count + self.unexplained);
+                format!(
+                    "not proven: reproduces your traces in {count} of {all} that are wrong where it acts{open}"
+                )
+            }
+            FindingKind::Feature => {
+                format!("wrong in {}; no change that grade tries explains it", scenes(count))
+            }
+            FindingKind::OtherRoot => {
+                format!("{}: the step solves the same equation; another solution", scenes(count))
+            }
+            FindingKind::Output
+            | FindingKind::Ends(_)
+            | FindingKind::Common
+            | FindingKind::NotImplemented => scenes(count),
+        };
+        match &self.example {
+            Some(example) => format!("{evidence}; {example}"),
+            None => evidence,
+        }
+    }
+
+    /// The finding on a program whose repeated runs of these scenes differ: no other finding is sure then.
+    pub fn of_differing_runs(scenes: Vec<String>) -> Self {
+        let words = "the program is not deterministic: the same scene gives different traces, as where a variable is \
+                     used before it is set; what else is said may change from run to run";
+        Self::new(FindingKind::Output, vec![Feature::Output], vec![words.to_owned()], scenes)
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.sentence(), self.evidence())
+    }
+}
+
+/// What an unfinished submission has, and what comes next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// What is implemented.
+    pub implemented: Vec<String>,
+    /// The simplest required thing that is not there, or another one once nothing required is wrong: in words, and a scene.
+    pub next: Option<(String, String)>,
+}
+
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Implemented: {}", self.implemented.join(", "))?;
+        match &self.next {
+            Some((what, scene)) => write!(f, "; next: {what}, scene {scene}"),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! What wrong scenes share for which nothing else is found, in groups.
+
+use crate::change::{Place, Term};
+use scene::Scene;
+use scene::schema::Matrix;
+use simulator::force;
+use simulator::integrator;
+
+use super::evidence::Marked;
+use super::feature::{Family, Feature};
+use super::finding::{Finding, FindingKind};
+use super::form::Kind;
+use super::judged::Outcome;
+use super::{FEW, names, terms};
+
+/// Maximum number of groups of wrong scenes that share something.
+const GROUPS: usize = 3;
+
+/// Wrong scenes that one right scene with the same property outweighs.
+const PASSING: usize = 4;
+
+/// What wrong scenes share that nothing explains.
+pub(super) struct Shared {
+    pub(super) finding: Finding,
+    /// The one feature that they share and no right scene has.
+    pub(super) apart: Option<Feature>,
+}
+
+/// A property of scenes, in words.
+struct Property {
+    words: String,
+    /// The feature that it is; `None` for a circumstance.
+    feature: Option<Feature>,
+    holds: Box<dyn Fn(&Scene) -> bool>,
+}
+
+/// Properties that may distinguish wrong scenes from right ones: features first, then circumstances.
+fn properties(right: &[&Scene]) -> Vec<Property> {
+    let mut all = Vec::new();
+    let mut add = |words: &str, feature: Option<Feature>, holds: Box<dyn Fn(&Scene) -> bool>| {
+        all.push(Property { words: words.to_owned(), feature, holds });
+    };
+    for term in Term::all() {
+        let feature = Feature::from(Place::Force(term));
+        let holds = move |scene: &Scene| terms(scene).contains(&term);
+        add(&term.to_string(), Some(feature), Box::new(holds));
+    }
+    fn fixed(scene: &Scene) -> impl Iterator<Item = &scene::Particle> {
+        scene.particles.iter().filter(|particle| particle.fixed)
+    }
+    let any = Some(Feature::Fixed(Family::Any));
+    add("fixed particles", any, Box::new(|scene| fixed(scene).next().is_some()));
+    for kind in integrator::REGISTRY {
+        let name = kind.schema.name;
+        let holds = move |scene: &Scene| scene.integrator.name == name;
+        add(&format!("integrator {name}"), Some(Feature::Integrator(name)), Box::new(holds));
+    }
+    for (words, is_implicit) in [("explicit methods", false), ("implicit methods", true)] {
+        let holds =
+            move |scene: &Scene| (scene.integrator.matrix == Matrix::Jacobians) == is_implicit;
+        add(words, None, Box::new(holds));
+    }
+    let moves = |scene: &Scene| fixed(scene).any(|particle| particle.velocity != [0.0; 3]);
+    add("fixed particles that move", None, Box::new(moves));
+    add("several fixed particles", None, Box::new(|scene| fixed(scene).count() > 1));
+    add(
+        "two forces on one edge",
+        None,
+        Box::new(|scene| {
+            let edges: Vec<_> = scene.forces.iter().filter_map(|element| element.edge).collect();
+            (1..edges.len()).any(|k| edges[..k].contains(&edges[k]))
+        }),
+    );
+    for kind in force::REGISTRY {
+        let tag = kind.schema.tag;
+        let count = move |scene: &Scene| {
+            scene.forces.iter().filter(|element| element.schema.tag == tag).count() > 1
+        };
+        add(&format!("several elements of {tag}"), None, Box::new(count));
+    }
+    let masses = |scene: &Scene| scene.particles.iter().any(|particle| particle.mass != 1.0);
+    add("masses other than 1", None, Box::new(masses));
+    let most = right.iter().map(|scene| scene.particles.len()).max().unwrap_or(0);
+    let is_large = move |scene: &Scene| scene.particles.len() > most;
+    add(&format!("more than {most} particles"), None, Box::new(is_large));
+    all
+}
+
+/// What the scenes share that nothing explains and in which no feature stands out, in groups. Traces that are not finite
+/// are groups of their own.
+pub(super) fn common(scenes: &[Marked<'_>], found: &[Finding]) -> Vec<Shared> {
+    let is_named = |scene: &Marked<'_>| {
+        found.iter().any(|f| f.scenes.iter().any(|name| name == scene.judged.name))
+    };
+    let is_open = |scene: &&Marked<'_>| {
+        scene.kind == Some(Kind::Wrong) && !scene.explained && !scene.open && !is_named(scene)
+    };
+    let is_finite = |scene: &&Marked<'_>| !matches!(scene.judged.outcome, Outcome::NotFinite(_));
+    let (finite, other): (Vec<_>, Vec<_>) = scenes.iter().filter(is_open).partition(is_finite);
+    let is_right = |scene: &&Marked<'_>| scene.passed || scene.explained && scene.is_suspect();
+    let right: Vec<&Scene> =
+        scenes.iter().filter(is_right).map(|scene| scene.judged.scene).collect();
+    let mut all = groups(other, &right, "NaN or infinite numbers in the trace; ");
+    all.extend(groups(finite, &right, ""));
+    all
+}
+
+/// Wrong scenes in groups: first those that share what no right scene has, the larger ones first; then the others together.
+pub(super) fn groups(mut failing: Vec<&Marked<'_>>, right: &[&Scene], what: &str) -> Vec<Shared> {
+    let all = properties(right);
+    let mut found = Vec::new();
+    while failing.len() >= FEW && found.len() < GROUPS {
+        let mut best: (usize, Vec<&Property>) = (0, Vec::new());
+        let singles = all.iter().map(|one| vec![one]);
+        let others = |number: usize| &all[number + 1..];
+        let pairs = all.iter().enumerate();
+        let pairs = pairs.flat_map(|(n, one)| others(n).iter().map(move |two| vec![one, two]));
+        for properties in singles.chain(pairs) {
+            let holds = |scene: &Scene| properties.iter().all(|one| (one.holds)(scene));
+            let count = failing.iter().filter(|scene| holds(scene.judged.scene)).count();
+            let pass = right.iter().filter(|scene| holds(scene)).count();
+            let score = count.saturating_sub(PASSING * pass);
+            // Of equal groups, the one that fewer and earlier properties describe.
+            if count >= FEW && score > best.0 {
+                best = (score, properties);
+            }
+        }
+        let (_, best) = best;
+        if best.is_empty() {
+            break;
+        }
+        let is_in = |scene: &&Marked<'_>| best.iter().all(|one| (one.holds)(scene.judged.scene));
+        let (group, rest): (Vec<_>, Vec<_>) = failing.into_iter().partition(is_in);
+        failing = rest;
+        let holds = |scene: &&&Scene| best.iter().all(|one| (one.holds)(scene));
+        let pass = right.iter().filter(holds).count();
+        let words = format!("{what}{}", shared_in_words(&best, pass));
+        let apart = if best.len() == 1 && pass == 0 { best[0].feature } else { None };
+        found.push(Shared { finding: unnamed(words, &group), apart });
+    }
+    if !failing.is_empty() {
+        let words = format!("{what}{}", rest_in_words(&all, &failing, right));
+        found.push(Shared { finding: unnamed(words, &failing), apart: None });
+    }
+    found
+}
+
+/// What all of these scenes share, and how many right scenes share it too.
+fn rest_in_words(all: &[Property], failing: &[&Marked<'_>], right: &[&Scene]) -> String {
+    let in_all = |one: &&Property| failing.iter().all(|scene| (one.holds)(scene.judged.scene));
+    let mut shared: Vec<&Property> = all.iter().filter(in_all).collect();
+    let count = |shared: &[&Property]| {
+        right.iter().filter(|scene| shared.iter().all(|one| (one.holds)(scene))).count()
+    };
+    // Without what sets no right scene apart.
+    let pass = count(&shared);
+    for number in (0..shared.len()).rev() {
+        let one = shared.remove(number);
+        if count(&shared) > pass {
+            shared.insert(number, one);
+        }
+    }
+    shared_in_words(&shared, pass)
+}
+
+fn shared_in_words(shared: &[&Property], pass: usize) -> String {
+    let Some((last, before)) = shared.split_last() else {
+        return "nothing that grade knows sets these scenes apart".to_owned();
+    };
+    let before: Vec<&str> = before.iter().map(|one| one.words.as_str()).collect();
+    let list = match before.is_empty() {
+        true => last.words.clone(),
+        false => format!("{} and {}", before.join(", "), last.words),
+    };
+    let rest = match pass {
+        0 => "which no scene that passes has".to_owned(),
+        1 => "which 1 scene that passes has too".to_owned(),
+        pass => format!("which {pass} scenes that pass have too"),
+    };
+    format!("the scenes share {list}, {rest}")
+}
+
+fn unnamed(words: String, scenes: &[&Marked<'_>]) -> Finding {
+    let scenes = names(scenes.iter().copied());
+    Finding::new(FindingKind::Common, Vec::new(), vec![words], scenes)
+}

@@ -211,8 +211,6 @@ impl Rounding {
             let pairs = states.windows(2).flat_map(move |pair| all(&pair[0]).zip(all(&pair[1])));
             pairs.filter(|(before, after)| before != after).map(|(_, after)| after)
         };
-        let single = |value: f64| f64::from(value as f32) == value;
-        let single_precision = values().next().is_some() && values().all(single);
         let mut most = 0;
         for value in values() {
             most = most.max(digits(value));
@@ -220,6 +218,10 @@ impl Rounding {
                 break;
             }
         }
+        let exact = |value: f64| f64::from(value as f32) == value;
+        // Any number with few digits is the decimal of some f32.
+        let single_precision = values().next().is_some()
+            && (values().all(exact) || most > f32::DIGITS as usize && values().all(is_single));
         Self { single_precision, digits: most }
     }
 
@@ -324,8 +326,14 @@ fn is_start(scene: &Scene, state: &State) -> bool {
     })
 }
 
+/// Whether a number is an f32, or the shortest decimal of one.
+pub(crate) fn is_single(value: f64) -> bool {
+    let narrow = value as f32;
+    f64::from(narrow) == value || format!("{narrow:e}").parse() == Ok(value)
+}
+
 /// The smallest number of digits that identifies a number.
-fn digits(value: f64) -> usize {
+pub(crate) fn digits(value: f64) -> usize {
     let text = format!("{value:e}");
     let mantissa = text.split('e').next().unwrap_or("");
     mantissa.chars().filter(char::is_ascii_digit).count()

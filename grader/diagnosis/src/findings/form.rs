@@ -13,6 +13,7 @@ use simulator::solver::linear::LinearSolver;
 use super::feature::{Family, Feature, Symptom};
 use super::judged::{ContextRow, FirstWrong, JudgedScene, Outcome};
 use crate::stepping::Stepper;
+use crate::steps::{digits, is_single};
 
 /// Numbers with at most this many digits count as rounded; an f64 has 15 to 17.
 const FEW_DIGITS: usize = 14;
@@ -429,18 +430,7 @@ fn is_kept(kind: &Kind, context: &[ContextRow]) -> bool {
     }
 }
 
-fn is_single(value: f64) -> bool {
-    f64::from(value as f32) == value
-}
-
-/// Digits of the shortest decimal that reads back to the same f64.
-fn digits(value: f64) -> usize {
-    let text = format!("{value:e}");
-    let mantissa = text.split('e').next().unwrap_or_default();
-    mantissa.chars().filter(char::is_ascii_digit).count()
-}
-
-/// Decimals of that notation.
+/// Decimals of the shortest decimal that reads back to the same f64.
 fn decimals(value: f64) -> usize {
     format!("{value}").split_once('.').map_or(0, |(_, behind)| behind.len())
 }
@@ -470,6 +460,8 @@ mod tests {
         assert_eq!(kind(&[(a, 3.14286), (b, 142.857)]), Some(Kind::Digits(6)));
         assert_eq!(kind(&[(a, 3.142857), (b, 142.857143)]), Some(Kind::Decimals(6)));
         assert_eq!(kind(&[(a, f64::from(a as f32)), (b, f64::from(b as f32))]), Some(Kind::Single));
+        // The shortest decimals that read back to the same f32.
+        assert_eq!(kind(&[(a, 3.1428573), (b, 142.85715)]), Some(Kind::Single));
         // Short numbers that differ from the oracle's, and long ones that are almost equal.
         assert_eq!(kind(&[(a, 3.25), (b, 142.5)]), None);
         assert_eq!(kind(&[(a, a + 1e-9), (b, b)]), None);

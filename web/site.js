@@ -4,6 +4,8 @@
 
 class Site {
   static LARGEST = 512 * 1024 * 1024;
+  /* Folders of the worker. */
+  static RESERVED = ["cache", "out", "tmp"];
 
   constructor() {
     const by = (id) => document.getElementById(id);
@@ -27,6 +29,10 @@ class Site {
         if (chosen.length) this.take(chosen);
       });
     }
+    // A page of the report that a link names: the frame starts anew with it.
+    addEventListener("message", ({ source, data }) => {
+      if (source === this.page.contentWindow && typeof data.page === "string") this.show(data.page);
+    });
     const stop = (event) => event.preventDefault();
     for (const name of ["dragenter", "dragover", "dragleave", "drop"]) {
       document.addEventListener(name, (event) => {
@@ -88,11 +94,17 @@ class Site {
     document.documentElement.dataset.state = "refused";
   }
 
-  /* Where the files of a hand-in go, and further arguments; null if a single trace names no scene. */
+  /* The name of a hand-in, where its files go, and further arguments; null if a single trace names no scene. */
   place(found) {
     const [only] = found;
     const stem = only.path.split("/").pop().replace(/\.(csv|bin)$/i, "");
-    if (found.length > 1 || stem === only.path.split("/").pop()) return { found, args: [] };
+    if (found.length > 1 || stem === only.path.split("/").pop()) {
+      const top = only.path.split("/")[0];
+      const isFolder = found.every(({ path }) => path.startsWith(`${top}/`));
+      const isOwn = (isFolder || found.length === 1) && !Site.RESERVED.includes(top);
+      const below = isOwn ? "" : "traces/";
+      return { name: isOwn ? top : "traces", found: found.map(({ path, file }) => ({ path: below + path, file })), args: [] };
+    }
     const named = this.scenes.filter((scene) => scene.endsWith(`/${stem}`) || scene === stem);
     if (named.length !== 1) {
       const help = named.length ? `It is a scene of several groups: ${named.join(", ")}.` : "No scene has this name.";
@@ -100,7 +112,7 @@ class Site {
       return null;
     }
     const ending = only.path.slice(only.path.lastIndexOf("."));
-    return { found: [{ ...only, path: `${named[0]}${ending}` }], args: ["--only", named[0]] };
+    return { name: "trace", found: [{ ...only, path: `trace/${named[0]}${ending}` }], args: ["--only", named[0]] };
   }
 
   async take(found) {
@@ -125,10 +137,18 @@ class Site {
       const files = await Promise.all(placed.found.map(read));
       const { value } = this.assignment;
       const args = [...placed.args, ...(value ? ["--assignment", value] : [])];
-      this.worker.postMessage({ number: ++this.number, files, args }, files.map(([, bytes]) => bytes.buffer));
+      this.worker.postMessage({ number: ++this.number, name: placed.name, files, args }, files.map(([, bytes]) => bytes.buffer));
     } catch (error) {
       this.refuse(`The files could not be read: ${error.message}`);
     }
+  }
+
+  /* Shows a page of the report; the first one has no name. */
+  show(name) {
+    if (this.address) URL.revokeObjectURL(this.address);
+    this.address = URL.createObjectURL(this.report);
+    this.page.src = `${this.address}${name && `#${encodeURI(name)}`}`;
+    this.save.href = this.address;
   }
 
   answer(data) {
@@ -161,10 +181,8 @@ class Site {
     const passed = data.status === 0;
     this.status.textContent = `${passed ? "All passed" : "Something failed"}, after ${seconds} s.`;
     this.text.textContent = data.output;
-    if (this.address) URL.revokeObjectURL(this.address);
-    this.address = URL.createObjectURL(new Blob([data.page], { type: "text/html" }));
-    this.page.src = this.address;
-    this.save.href = this.address;
+    this.report = new Blob([data.page], { type: "text/html" });
+    this.show("");
     this.result.hidden = false;
     document.documentElement.dataset.state = passed ? "passed" : "failed";
     document.documentElement.dataset.seconds = seconds;

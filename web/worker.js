@@ -3,12 +3,12 @@
 /* Runs `grade` beside the page, so that the page stays alive. The files of the scenes stay in memory from run to run.
  *
  * page ── { module } ──> the program; the scenes that it brings are laid out        ──> { ready }
- *      ── { number, files, args } ──> files of a hand-in; a run                     ──> { number, status, output, error, page } */
+ *      ── { number, name, files, args } ──> a hand-in of this name; a run          ──> { number, status, output, error, page } */
 
-const HAND_IN = "/hand-in";
 const PAGE = "/out/report.html";
 const files = new Wasi.Files();
 let program = null;
+let last = null;
 
 function run(args) {
   const output = [[], []];
@@ -59,8 +59,9 @@ onmessage = ({ data }) => {
     postMessage({ ready: opened.status === 0, error: opened.error, ...facts() });
     return;
   }
-  for (const path of [HAND_IN, PAGE]) if (files.place(path).node) files.remove(path);
-  for (const [path, bytes] of data.files) files.write(`${HAND_IN}/${path}`, bytes);
-  const ended = run([HAND_IN, "--no-progress", "--no-jacobians", "--html", PAGE, ...data.args]);
+  for (const path of [last, PAGE]) if (path && files.place(path).node) files.remove(path);
+  last = data.name;
+  for (const [path, bytes] of data.files) files.write(path, bytes);
+  const ended = run(["--no-progress", "--no-jacobians", "--html", PAGE, ...data.args, "--", data.name]);
   postMessage({ number: data.number, ...ended, page: files.read(PAGE)?.slice() ?? null });
 };

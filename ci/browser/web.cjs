@@ -84,7 +84,8 @@ async function main(executable) {
   await report.waitForSelector("h1");
   await shot("failed");
   await report.click(`a[href*="${SCENE.split("/")[1]}"]`);
-  const inner = page.frames().at(-1);
+  await page.waitForTimeout(500);
+  const inner = await (await page.$("#page")).contentFrame();
   await inner.waitForSelector("canvas");
   await inner.click("canvas");
   await page.keyboard.press("k");

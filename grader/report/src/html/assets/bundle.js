@@ -15,5 +15,10 @@
   }
   // Each page starts anew: its scripts know one page.
   history.scrollRestoration = "manual";
-  addEventListener("hashchange", () => pages.has(asked()) && location.reload());
+  addEventListener("hashchange", () => {
+    if (!pages.has(asked())) return;
+    // A frame cannot load a page again that another page holds in memory.
+    if (parent === window) location.reload();
+    else parent.postMessage({ page: asked() }, "*");
+  });
 }

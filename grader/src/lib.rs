@@ -15,7 +15,6 @@
 //! - [`white_box`]: each force's Jacobians against differences of the force.
 //! - [`probe`]: forces and Jacobians of a program, from its traces.
 //! - [`creative`]: checks of creative scenes.
-//! - [`sibling`]: scenes with the same features and other numbers, drawn by a seed.
 //! - [`oracle`]: regeneration and verification of the stored traces.
 //! - [`grading`]: grading of one submission over a suite.
 //! - [`class`]: grading of a folder of submissions.
@@ -36,7 +35,6 @@ pub mod probe;
 pub mod white_box;
 
 pub mod creative;
-pub mod sibling;
 
 pub mod oracle;
 

@@ -12,6 +12,7 @@ use crate::commands::completions::CompletionsArgs;
 use crate::commands::creative::{CreativeArgs, GalleryArgs};
 use crate::commands::explain::ExplainArgs;
 use crate::commands::export::ExportCommand;
+use crate::commands::fuzz::FuzzArgs;
 use crate::commands::grade::GradeArgs;
 use crate::commands::init::InitArgs;
 use crate::commands::jacobians::JacobianArgs;
@@ -53,6 +54,7 @@ enum Command {
     Class(ClassCommand),
     Assignments(AssignmentsArgs),
     Explain(ExplainArgs),
+    Fuzz(FuzzArgs),
     VerifyReport(VerifyReportArgs),
     Creative(CreativeArgs),
     Gallery(GalleryArgs),
@@ -82,6 +84,7 @@ impl Cli {
             Command::Class(args) => args.run(),
             Command::Assignments(args) => args.run(),
             Command::Explain(args) => args.run(),
+            Command::Fuzz(args) => args.run(),
             Command::VerifyReport(args) => args.run(),
             Command::Creative(args) => args.run(),
             Command::Gallery(args) => args.run(),

@@ -10,7 +10,7 @@ const CONTINUED: usize = 2;
 
 /// The text with every line broken at blanks where it is wider than `width` columns, and words that are wider broken
 /// anywhere. Lines that continue another one are indented further. Styles take no column.
-pub(crate) fn wrap(text: &str, width: usize) -> String {
+pub fn wrap(text: &str, width: usize) -> String {
     let mut wrapped = String::with_capacity(text.len());
     for line in text.lines() {
         if columns(line) <= width {

@@ -14,7 +14,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use fastrand::Rng;
-use grader::sibling::{Fault, Files, Reference, draw};
+use fuzzing::choices::Choices;
+use fuzzing::sibling::{Fault, Files, Reference, draw};
 use grader::suite::Case;
 use grader::verdict::{Failure, Verdict};
 use rayon::prelude::*;
@@ -93,8 +94,8 @@ pub fn find(case: &Case, seed: u64, mistakes: &[Mistake]) -> Result<Sibling, NoS
     let mut faults = BTreeMap::new();
     for number in 0..TRIES {
         let spread = 1.0 - (1.0 - MIN_SPREAD) * f64::from(number) / f64::from(TRIES - 1);
-        let mut random = random(seed, &case.id, number);
-        let drawn = draw(case, spread, &mut random).and_then(|drawn| {
+        let mut choices = choices(seed, &case.id, number);
+        let drawn = draw(case, spread, &mut choices).and_then(|drawn| {
             let sibling = original.of_sibling(&drawn.scene)?;
             if is_known {
                 check(&sibling, &caught)?;
@@ -112,13 +113,13 @@ pub fn find(case: &Case, seed: u64, mistakes: &[Mistake]) -> Result<Sibling, NoS
     Err(none(TRIES, faults))
 }
 
-/// The random numbers of a try.
-fn random(seed: u64, scene: &str, number: u32) -> Rng {
+/// The choices of a try.
+fn choices(seed: u64, scene: &str, number: u32) -> Choices {
     // Of FNV-1a, over the bytes of the name: the streams of two scenes have nothing in common.
     let mix = |sum: u64, byte: u64| (sum ^ byte).wrapping_mul(0x0100_0000_01b3);
     let of_scene = scene.bytes().map(u64::from).fold(0xcbf2_9ce4_8422_2325, mix);
     let mut of_seed = Rng::with_seed(seed);
-    Rng::with_seed(of_seed.u64(..) ^ mix(of_scene, u64::from(number)))
+    Choices::random(of_seed.u64(..) ^ mix(of_scene, u64::from(number)))
 }
 
 /// Whether the second simulator passes a sibling, and these mistakes fail it.

@@ -43,7 +43,7 @@ pub use examiner::{Examiner, Picture, Wanted, limits, serve};
 pub use film::starts_as_film;
 pub use find::{Entry, find};
 pub use motion::Motion;
-pub(crate) use run::blows_up;
+pub use run::blows_up;
 
 /// A creative scene with the results of its checks.
 #[derive(Debug)]

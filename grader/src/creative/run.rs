@@ -48,7 +48,7 @@ pub(super) fn check(scene: &Scene, limit: Duration) -> (Result<String, String>, 
 ///
 /// # Errors
 /// If a step fails, at the time step or at half of it.
-pub(crate) fn blows_up(scene: &Scene) -> Result<bool, String> {
+pub fn blows_up(scene: &Scene) -> Result<bool, String> {
     let first = energy_of(scene, Duration::MAX, None)?;
     let halved = Scene { time_step: 0.5 * scene.time_step, ..scene.clone() };
     Ok(differ(&first, &energy_of(&halved, Duration::MAX, None)?))

@@ -62,7 +62,8 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
     }
 }
 
-fn outcome(verdict: &Verdict) -> Outcome {
+/// How a run with this verdict ended, for the search for causes.
+pub fn outcome(verdict: &Verdict) -> Outcome {
     match verdict {
         Verdict::Pass => Outcome::Passed,
         Verdict::GraderFault(_) => Outcome::NotJudged,

@@ -170,9 +170,11 @@ fn judge_watched(
                 }
                 compared
             }
-            Err(Verdict::Fail(failure)) => {
-                Comparison::without_states(Verdict::Fail(refusal(case, failure)))
-            }
+            Err(Verdict::Fail(failure)) => Comparison::without_states(Verdict::Fail(refusal(
+                &case.scene,
+                case.format(),
+                failure,
+            ))),
             Err(verdict) => Comparison::without_states(verdict),
         };
         (comparison, states)

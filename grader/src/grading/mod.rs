@@ -43,9 +43,11 @@ use hidden::HiddenSuite;
 use sandbox::Protection;
 
 use diagnose::look_into;
+pub use diagnose::outcome;
 use diagnosis::findings::{Finding, Thresholds};
 use judge::{Judged, judge_case, of_case, restart_some};
 pub use judge::{judge, panic_message};
+pub use refusal::refusal;
 use result::gather;
 pub use result::{
     Adjustment, AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden,

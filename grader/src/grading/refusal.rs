@@ -4,8 +4,9 @@
 //! with a message that refuses the scene's integrator, one of its forces or its format by name. A message that names a force without refusing it
 //! ("springforce.cpp:12: index out of range") is a crash.
 
+use scene::Scene;
+
 use crate::boundary::printed::RawUse;
-use crate::suite::Case;
 use crate::verdict::{Failure, Lack, RunEnd, RunFailure};
 
 /// The exit code of a program that lacks a feature.
@@ -38,8 +39,9 @@ const REASONS: [&str; 4] = ["cannot", "can't", " yet", "only "];
 /// Words of reports of errors that a program did not catch, in lower case.
 const UNCAUGHT: [&str; 5] = ["traceback", "panicked", "terminate called", "assertion", "sanitizer"];
 
-/// The failure of a program that says that it lacks a feature of the scene, in the place of a crash or of no trace.
-pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
+/// The failure of a program that says that it lacks a feature of the scene, or its format, in the place of a crash or of no
+/// trace.
+pub fn refusal(scene: &Scene, format: &str, failure: Failure) -> Failure {
     let Failure::Run(run) = &failure else { return failure };
     if !(failure.is_crash() || failure.is_without_trace()) {
         return failure;
@@ -48,14 +50,16 @@ pub(super) fn refusal(case: &Case, failure: Failure) -> Failure {
     let lines = || run.output.text.raw(RawUse::Comparison).lines().map(str::to_lowercase);
     let refused = lines().filter(|line| REFUSALS.iter().any(|word| line.contains(word)));
     let refused: Vec<String> = refused.collect();
-    let named =
-        names(case).into_iter().find(|name| refused.iter().any(|line| has_word(line, name)));
+    let named = names(scene, format)
+        .into_iter()
+        .find(|name| refused.iter().any(|line| has_word(line, name)));
     if status != NOT_IMPLEMENTED && named.is_none() {
         return failure;
     }
     // Without a refusal, a name alone is enough where the exit code says the rest.
-    let name =
-        named.or_else(|| names(case).into_iter().find(|name| lines().any(|l| has_word(&l, name))));
+    let name = named.or_else(|| {
+        names(scene, format).into_iter().find(|name| lines().any(|l| has_word(&l, name)))
+    });
     Failure::NotImplemented(Lack::Refused { name, failure: run.clone() })
 }
 
@@ -69,8 +73,7 @@ pub(super) fn says_why(run: &RunFailure) -> bool {
 }
 
 /// Features of a scene by the names that a message may use: its integrator, its forces, its format.
-fn names(case: &Case) -> Vec<String> {
-    let scene = &case.scene;
+fn names(scene: &Scene, format: &str) -> Vec<String> {
     let aliases = scene.integrator.aliases.iter().copied();
     let mut names: Vec<String> =
         aliases.chain([scene.integrator.name]).map(str::to_owned).collect();
@@ -80,9 +83,7 @@ fn names(case: &Case) -> Vec<String> {
             names.push(tag);
         }
     }
-    let extension = case.files.first().and_then(|file| file.name.extension());
-    let extension = extension.and_then(|extension| extension.to_str());
-    names.extend(extension.filter(|extension| *extension != "xml").map(str::to_owned));
+    names.extend(Some(format.to_owned()).filter(|format| format != "xml"));
     names
 }
 

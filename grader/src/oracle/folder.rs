@@ -1,6 +1,7 @@
 //! Writes a folder of scenes with their oracle, as a whole or not at all.
 
-use std::path::Path;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use scene::ParseOptions;
@@ -8,7 +9,6 @@ use scene::ParseOptions;
 use super::regenerate::{FolderLocation, at, stage};
 use super::{Acceptance, Origin, RegenerateError, Staged};
 use crate::rubric::Rubric;
-use crate::sibling::Files;
 use crate::suite::{Section, Suite};
 
 /// The folders of the scenes of a suite, below its root.
@@ -17,6 +17,29 @@ pub const SECTIONS: [(Section, &str); 2] =
 
 /// The folder of the traces, below the root of a suite.
 pub const EXPECTED: &str = "expected";
+
+/// The files of a scene, the scene file first: path below the section's folder, and content.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Files(pub Vec<(PathBuf, String)>);
+
+impl Files {
+    /// Writes the files below a folder.
+    ///
+    /// # Errors
+    /// If one cannot be written.
+    pub fn write(&self, folder: &Path) -> io::Result<()> {
+        for (path, text) in &self.0 {
+            let path = folder.join(path);
+            if let Some(parent) = path.parent() {
+                fs::create_dir_all(parent)?;
+            }
+            let mut file = fs::File::create(&path)?;
+            file.write_all(text.as_bytes())?;
+            file.sync_all()?;
+        }
+        Ok(())
+    }
+}
 
 /// Checks that nothing is in the way of a new folder.
 ///

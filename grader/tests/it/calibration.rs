@@ -128,8 +128,8 @@ fn unmeasured_difference_classes_stay_within_the_tolerance() {
         // Last bits and solvers deliberately vary more than real programs do.
         for class in [Class::Order, Class::Formula, Class::Stopping] {
             let (with, without) = (
-                calibrate_by(&case.scene, |each| each == class),
-                calibrate_by(&case.scene, |each| each != class),
+                calibrate_by(&case.scene, |each| each == class).envelope,
+                calibrate_by(&case.scene, |each| each != class).envelope,
             );
             for step in 1..=n_steps {
                 let (with, without) = (with.at(step), without.at(step));

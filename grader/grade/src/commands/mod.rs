@@ -7,6 +7,7 @@ pub(crate) mod completions;
 pub(crate) mod creative;
 pub(crate) mod explain;
 pub(crate) mod export;
+pub(crate) mod fuzz;
 pub(crate) mod grade;
 pub(crate) mod init;
 pub(crate) mod jacobians;

@@ -1,10 +1,10 @@
 //! Tests that siblings of scenes are as good as their originals, judged from a written folder as hidden scenes are.
 
+use fuzzing::sibling::Files;
 use grader::compare::Comparison;
 use grader::grading;
 use grader::oracle::{Oracle, Origin, folder};
 use grader::rubric::Rubric;
-use grader::sibling::Files;
 use grader::suite::assignment::Assignment;
 use grader::suite::{Case, Section, Suite};
 use grader::verdict::{Failure, Verdict};

@@ -49,6 +49,11 @@ pub struct Horizon {
 }
 
 impl Envelope {
+    /// That of programs that do not differ: only the floor is left of a tolerance.
+    pub fn zero() -> Self {
+        Self { variants: 0, checkpoints: Vec::new(), horizon: None }
+    }
+
     /// The envelope at this state. After the last step, the last value holds.
     pub fn at(&self, step: u64) -> Bounds {
         let place = self.checkpoints.partition_point(|checkpoint| checkpoint.to_step < step);

@@ -47,17 +47,27 @@ const PREDICTABLE: f64 = 1e-3;
 
 /// Measures the envelope of a scene.
 pub fn calibrate(scene: &Scene) -> Envelope {
-    calibrate_with(scene, variants(scene))
+    calibrate_with(scene, variants(scene)).envelope
 }
 
 /// The same with the variants of some kinds only.
-pub fn calibrate_by(scene: &Scene, wanted: impl Fn(Class) -> bool) -> Envelope {
+pub fn calibrate_by(scene: &Scene, wanted: impl Fn(Class) -> bool) -> Calibration {
     let mut chosen = variants(scene);
     chosen.retain(|variant| wanted(variant.class));
     calibrate_with(scene, chosen)
 }
 
-fn calibrate_with(scene: &Scene, mut variants: Vec<Variant>) -> Envelope {
+/// The envelope of a scene, and whether it can be trusted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// The envelope, of the variants that take each step.
+    pub envelope: Envelope,
+    /// Whether every step of every variant succeeds.
+    pub is_sound: bool,
+}
+
+fn calibrate_with(scene: &Scene, mut variants: Vec<Variant>) -> Calibration {
+    let count = variants.len();
     let extent = Extent::of(scene);
     let physics = Stepper::new(scene, LinearSolver::Auto);
     let mut oracle = Variant::plain(scene);
@@ -65,6 +75,7 @@ fn calibrate_with(scene: &Scene, mut variants: Vec<Variant>) -> Envelope {
     for step in 0..=scene.n_steps() {
         if step > 0 {
             if !oracle.advance() {
+                variants.clear();
                 break;
             }
             // A variant whose step fails is not a correct program.
@@ -87,7 +98,7 @@ fn calibrate_with(scene: &Scene, mut variants: Vec<Variant>) -> Envelope {
             }
         }
     }
-    builder.finish()
+    Calibration { envelope: builder.finish(), is_sound: variants.len() == count }
 }
 
 /// Difference in energy and in momentum.

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use grader::suite::{Section, Suite};
 use scene::ParseOptions;
 
 use super::*;
-use crate::suite::{Section, Suite};
 
 fn shipped() -> Vec<Case> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let sections = [
         (Section::Required, root.join("assets")),
         (Section::ExtraCredit, root.join("extracreditassets")),
@@ -22,7 +22,7 @@ fn case(name: &str) -> Case {
 }
 
 fn drawn(case: &Case, seed: u64) -> Drawn {
-    draw(case, 1.0, &mut Rng::with_seed(seed))
+    draw(case, 1.0, &mut Choices::random(seed))
         .unwrap_or_else(|fault| panic!("{}: {fault}", case.id))
 }
 
@@ -85,7 +85,10 @@ fn a_sibling_has_the_structure_of_its_original_and_other_numbers() {
         if !is_json {
             assert_eq!(structure(&scene), structure(&case.scene), "{}", case.id);
         }
-        let (own, old) = (numbers(&scene), numbers(&case.scene));
+        let (mut own, old) = (numbers(&scene), numbers(&case.scene));
+        // Equal values stay equal: they agree by chance together.
+        own.sort_by(f64::total_cmp);
+        own.dedup();
         let known = |value: &&f64| old.iter().any(|old| (*value - old).abs() < 1e-9 * old.abs());
         let kept: Vec<&f64> = own.iter().filter(known).collect();
         // JSON has no place for time steps and forces. Some numbers agree by chance, with one of another meaning.

@@ -10,18 +10,15 @@
 //!
 //! An unstable step shows twice: as a kinetic energy that follows the time step, and as rounding errors that grow.
 
-use std::slice::Iter;
-
+use grader::compare::calibration::{Bound, Envelope, calibrate};
+use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
+use grader::creative;
+use grader::submission::StateSource;
 use scene::Scene;
-use scene::trace::{Shape, State, TraceError, TraceReader};
-use simulator::solver::linear::LinearSolver;
+use scene::trace::State;
 
 use super::Fault;
-use crate::compare::calibration::{Bound, Envelope, calibrate};
-use crate::compare::{Calibrated, Comparison, Criteria, Expectation, compare};
-use crate::creative;
-use crate::submission::{StateSource, builtin};
-use crate::verdict::Failure;
+use crate::motion::{Replay, simulate};
 
 /// Minimum ratio of the sibling's smallest distance between particles to the original's, both relative to the size.
 const CLOSE: f64 = 0.5;
@@ -48,7 +45,7 @@ impl Reference {
     /// # Errors
     /// If a step fails.
     pub fn of(scene: &Scene) -> Result<Self, Fault> {
-        let states = simulate(scene)?;
+        let states = simulate(scene).map_err(Fault::Fails)?;
         let blows_up = creative::blows_up(scene).ok();
         Ok(Self { scene: scene.clone(), states, envelope: calibrate(scene), blows_up })
     }
@@ -92,33 +89,9 @@ impl Reference {
     /// Compares other states with these, by calibrated tolerances.
     pub fn compare(&self, actual: &mut dyn StateSource) -> Comparison {
         let criteria = Criteria::Calibrated(Calibrated::new(self.envelope.clone(), &self.scene));
-        let mut states = Replay(self.states.iter());
+        let mut states = Replay::of(&self.states);
         compare(&mut states, actual, Expectation::of(&self.scene), criteria)
     }
-}
-
-struct Replay<'a>(Iter<'a, State>);
-
-impl TraceReader for Replay<'_> {
-    fn read(&mut self, state: &mut State) -> Result<bool, TraceError> {
-        let Some(next) = self.0.next() else { return Ok(false) };
-        state.clone_from(next);
-        Ok(true)
-    }
-}
-
-/// All states of a scene.
-fn simulate(scene: &Scene) -> Result<Vec<State>, Fault> {
-    let failed = |failure| match failure {
-        Failure::GaveUp { reason } => Fault::Fails(reason.text()),
-        _ => Fault::Fails("a step fails".to_owned()),
-    };
-    let mut source = builtin::start(scene, LinearSolver::Auto);
-    let (mut state, mut states) = (State::zeros(Shape::of(scene)), Vec::new());
-    while source.read(&mut state).map_err(failed)? {
-        states.push(state.clone());
-    }
-    Ok(states)
 }
 
 /// Whether values hide mistakes: 1 in the place of another number, and springs along an axis.

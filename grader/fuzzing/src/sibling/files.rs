@@ -4,11 +4,11 @@
 //! directions and times: there, only stiffness, mass and vertices are drawn anew. A sibling opens with what it holds, and
 //! with what its original says to catch. It names neither its original nor its seed: submissions read it.
 
-use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use fastrand::Rng;
+use grader::boundary::own_file::read_text;
+use grader::oracle::folder::Files;
+use grader::suite::Case;
 use scene::xml::edit::{self, AttributeValue};
 use scene::{ParseOptions, Scene, load, write};
 use serde_json::Value;
@@ -16,8 +16,7 @@ use simulator::vocabulary;
 
 use super::Fault;
 use super::draw::{Factors, Placement, distances, redraw};
-use crate::boundary::own_file::read_text;
-use crate::suite::Case;
+use crate::choices::Choices;
 
 /// Maximum size of a file of the original, in MiB.
 const MAX_MEBIBYTES: u64 = 16;
@@ -28,66 +27,41 @@ const CATCHES: &str = "Catches";
 /// Maximum length of a line of a comment.
 const WIDTH: usize = 110;
 
-/// The files of a scene, the scene file first: path below the section's folder, and content.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Files(pub Vec<(PathBuf, String)>);
-
-impl Files {
-    /// Draws the files of a sibling.
-    pub(super) fn draw(case: &Case, spread: f64, random: &mut Rng) -> Result<Self, Fault> {
-        let texts: Result<Vec<String>, _> =
-            case.files.iter().map(|file| read_text(&file.path, MAX_MEBIBYTES)).collect();
-        let path = |extension: &str| PathBuf::from(format!("{}.{extension}", case.id));
-        match texts?.as_slice() {
-            [document, mesh] => {
-                let mut factors = Factors::new(spread, random);
-                // Two scenes may share a mesh; their siblings do not.
-                let mesh_path = path("obj");
-                let document = draw_document(document, &mesh_path, &mut factors)?;
-                let mesh = draw_mesh(mesh, &case.scene, &mut factors)?;
-                Ok(Self(vec![(path("json"), document), (mesh_path, mesh)]))
-            }
-            [text] => {
-                let mut scene = redraw(&case.scene, spread, random);
-                let contents = contents(&scene);
-                scene.description = scene.description.map(|_| contents.clone());
-                let comment = wrapped(&purpose(&contents, &xml_comment(text)), "     ");
-                let text = in_order_of(text, &xml(&scene)?, &case.integrator_spelling);
-                Ok(Self(vec![(path("xml"), format!("<!-- {} -->\n{text}", comment.trim_start()))]))
-            }
-            _ => Err(Fault::Files("a scene has one file or two".to_owned())),
+/// Draws the files of a sibling.
+pub(super) fn draw(case: &Case, spread: f64, choices: &mut Choices) -> Result<Files, Fault> {
+    let texts: Result<Vec<String>, _> =
+        case.files.iter().map(|file| read_text(&file.path, MAX_MEBIBYTES)).collect();
+    let path = |extension: &str| PathBuf::from(format!("{}.{extension}", case.id));
+    match texts?.as_slice() {
+        [document, mesh] => {
+            let mut factors = Factors::new(spread, choices);
+            // Two scenes may share a mesh; their siblings do not.
+            let mesh_path = path("obj");
+            let document = draw_document(document, &mesh_path, &mut factors)?;
+            let mesh = draw_mesh(mesh, &case.scene, &mut factors)?;
+            Ok(Files(vec![(path("json"), document), (mesh_path, mesh)]))
         }
-    }
-
-    /// Writes the files below a folder.
-    ///
-    /// # Errors
-    /// If one cannot be written.
-    pub fn write(&self, folder: &Path) -> std::io::Result<()> {
-        for (path, text) in &self.0 {
-            let path = folder.join(path);
-            if let Some(parent) = path.parent() {
-                fs::create_dir_all(parent)?;
-            }
-            let mut file = fs::File::create(&path)?;
-            file.write_all(text.as_bytes())?;
-            file.sync_all()?;
+        [text] => {
+            let mut scene = redraw(&case.scene, spread, choices);
+            let contents = contents(&scene);
+            scene.description = scene.description.map(|_| contents.clone());
+            let comment = wrapped(&purpose(&contents, &xml_comment(text)), "     ");
+            let text = in_order_of(text, &xml(&scene)?, &case.integrator_spelling);
+            Ok(Files(vec![(path("xml"), format!("<!-- {} -->\n{text}", comment.trim_start()))]))
         }
-        Ok(())
+        _ => Err(Fault::Files("a scene has one file or two".to_owned())),
     }
+}
 
-    /// The scene that they hold.
-    pub(super) fn read(&self) -> Result<Scene, Fault> {
-        let folder = tempfile::tempdir()?;
-        self.write(folder.path())?;
-        let path = self
-            .0
-            .first()
-            .map_or(folder.path().to_path_buf(), |(path, _)| folder.path().join(path));
-        let options = ParseOptions { strict: true, ..ParseOptions::default() };
-        let parsed = load(&path, &vocabulary(), &options);
-        parsed.map(|parsed| parsed.scene).map_err(|error| Fault::Files(error.to_string()))
-    }
+/// The scene in files.
+pub(super) fn read(files: &Files) -> Result<Scene, Fault> {
+    let folder = tempfile::tempdir()?;
+    files.write(folder.path())?;
+    let path =
+        files.0.first().map_or(folder.path().to_path_buf(), |(path, _)| folder.path().join(path));
+    let options = ParseOptions { strict: true, ..ParseOptions::default() };
+    let parsed = load(&path, &vocabulary(), &options);
+    parsed.map(|parsed| parsed.scene).map_err(|error| Fault::Files(error.to_string()))
 }
 
 /// The elements of a scene, as a sentence.

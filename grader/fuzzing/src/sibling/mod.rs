@@ -18,13 +18,13 @@ mod reference;
 
 use std::io;
 
-use fastrand::Rng;
+use grader::suite::Case;
 use scene::Scene;
 
-pub use files::Files;
+pub use grader::oracle::folder::Files;
 pub use reference::Reference;
 
-use crate::suite::Case;
+use crate::choices::Choices;
 
 /// A drawn scene: its files, and the scene that they hold.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,9 +71,9 @@ impl From<io::Error> for Fault {
 ///
 /// # Errors
 /// If the files of the original or of the drawn scene cannot be used.
-pub fn draw(case: &Case, spread: f64, random: &mut Rng) -> Result<Drawn, Fault> {
-    let files = Files::draw(case, spread, random)?;
-    let scene = files.read()?;
+pub fn draw(case: &Case, spread: f64, choices: &mut Choices) -> Result<Drawn, Fault> {
+    let files = files::draw(case, spread, choices)?;
+    let scene = files::read(&files)?;
     Ok(Drawn { files, scene })
 }
 

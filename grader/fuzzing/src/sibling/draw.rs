@@ -12,9 +12,10 @@
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use fastrand::Rng;
 use scene::schema::{Coordinate, ForceSchema, ParameterSchema};
 use scene::{ForceElement, Particle, Scene, Viewport};
+
+use crate::choices::Choices;
 
 /// Logarithm of the largest factor of a mass, of a velocity, or of a parameter: from 0.78 to 1.28. A method that is stable
 /// with a third to spare stays so.
@@ -43,21 +44,21 @@ const MIN_TURN: f64 = 0.2;
 
 /// Draws factors, and remembers them: equal values stay equal.
 pub(super) struct Factors<'a> {
-    random: &'a mut Rng,
+    choices: &'a mut Choices,
     /// Scales the logarithms of all factors.
     spread: f64,
     known: HashMap<(&'static str, &'static str, u64), f64>,
 }
 
 impl<'a> Factors<'a> {
-    pub(super) fn new(spread: f64, random: &'a mut Rng) -> Self {
-        Self { random, spread, known: HashMap::new() }
+    pub(super) fn new(spread: f64, choices: &'a mut Choices) -> Self {
+        Self { choices, spread, known: HashMap::new() }
     }
 
     /// A number between a third of `largest` and `largest`, of either sign.
     fn signed(&mut self, largest: f64) -> f64 {
-        let sign = if self.random.bool() { 1.0 } else { -1.0 };
-        sign * largest * (1.0 + 2.0 * self.random.f64()) / 3.0
+        let sign = if self.choices.below(2) == 0 { 1.0 } else { -1.0 };
+        sign * largest * (1.0 + 2.0 * self.choices.unit()) / 3.0
     }
 
     fn factor(&mut self, largest: f64) -> f64 {
@@ -137,7 +138,7 @@ impl Placement {
         while is_turned
             && (angle % FRAC_PI_2 < MIN_TURN || angle % FRAC_PI_2 > FRAC_PI_2 - MIN_TURN)
         {
-            angle = TAU * factors.random.f64();
+            angle = TAU * factors.choices.unit();
         }
         let size = factors.factor(SIZE);
         // A plane away from the origin is shifted as a whole.
@@ -239,9 +240,9 @@ fn significant(value: f64) -> f64 {
 }
 
 /// A scene with the same structure and other numbers.
-pub(super) fn redraw(scene: &Scene, spread: f64, random: &mut Rng) -> Scene {
+pub(super) fn redraw(scene: &Scene, spread: f64, choices: &mut Choices) -> Scene {
     let mut drawn = scene.clone();
-    let mut factors = Factors::new(spread, random);
+    let mut factors = Factors::new(spread, choices);
     let placement = Placement::draw(scene, true, &mut factors);
     for (particle, nearest) in drawn.particles.iter_mut().zip(distances(scene)) {
         particle.mass = factors.value(("particle", "m"), particle.mass);
@@ -258,7 +259,7 @@ pub(super) fn redraw(scene: &Scene, spread: f64, random: &mut Rng) -> Scene {
         *size = significant(*size * placement.size);
     }
     redraw_time(&mut drawn, &mut factors);
-    permute(&mut drawn, random);
+    permute(&mut drawn, choices);
     drawn
 }
 
@@ -322,9 +323,9 @@ fn redraw_time(scene: &mut Scene, factors: &mut Factors<'_>) {
 }
 
 /// Permutes the particles, the edges, and the forces of each kind.
-fn permute(scene: &mut Scene, random: &mut Rng) {
-    let particles = permutation(scene.particles.len(), random);
-    let edges = permutation(scene.edges.len(), random);
+fn permute(scene: &mut Scene, choices: &mut Choices) {
+    let particles = permutation(scene.particles.len(), choices);
+    let edges = permutation(scene.edges.len(), choices);
     scene.particles = moved(&scene.particles, &particles);
     scene.edges = moved(&scene.edges, &edges);
     let mut ends = scene.edges.iter_mut().flat_map(|edge| &mut edge.particles);
@@ -344,7 +345,7 @@ fn permute(scene: &mut Scene, random: &mut Rng) {
         let mut own: Vec<&mut ForceElement> =
             scene.forces.iter_mut().filter(|force| force.schema.tag == tag).collect();
         let elements: Vec<ForceElement> = own.iter().map(|force| (**force).clone()).collect();
-        let places = permutation(own.len(), random);
+        let places = permutation(own.len(), choices);
         for (place, element) in places.into_iter().zip(elements) {
             *own[place] = element;
         }
@@ -352,9 +353,9 @@ fn permute(scene: &mut Scene, random: &mut Rng) {
 }
 
 /// The new place of each of `count` things.
-fn permutation(count: usize, random: &mut Rng) -> Vec<usize> {
+fn permutation(count: usize, choices: &mut Choices) -> Vec<usize> {
     let mut places: Vec<usize> = (0..count).collect();
-    random.shuffle(&mut places);
+    choices.shuffle(&mut places);
     places
 }
 

@@ -1,0 +1,430 @@
+//! A run over many scenes: draws, judges, and shrinks what fails.
+//!
+//! ```text
+//! for each number of a scene: three candidates, drawn anew or mutated ── the one that covers most that is new ── judged
+//! ```
+//!
+//! The candidates of a scene depend on the seed, its number and what the batches before it showed, so that a run of a
+//! deterministic program is repeated by its seed. Scenes are mutated whose runs were new: another largest residual, within its
+//! tolerance, under the same features. A feature that a program always refuses is no longer drawn.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::time::{Duration, Instant};
+
+use diagnosis::findings::Finding;
+use fastrand::Rng;
+use grader::verdict::Fault;
+use rayon::prelude::*;
+use scene::Scene;
+use scene::schema::IntegratorSchema;
+
+use crate::cause::{self, Evidence, is_proven};
+use crate::choices::{Choices, mutated};
+use crate::draw::{Drawn, Pair, Scope, draw, pairs, plain, read};
+use crate::judge::{Judge, Judgement, Nothing, Run, Subject, Wrong};
+use crate::shrink::{Effort, Shrunk, measure, shrink};
+use crate::symmetry::{self, Symmetry};
+
+/// What is run.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// What scenes may hold.
+    pub scope: Scope,
+    /// The seed of all scenes.
+    pub seed: u64,
+    /// The longest time; shrinking comes on top of it.
+    pub time: Duration,
+    /// The most scenes.
+    pub scenes: u64,
+    /// Failures after which the run ends.
+    pub failures: usize,
+    /// How much shrinking one failure may cost.
+    pub effort: Effort,
+}
+
+/// Scenes that are judged at a time.
+const BATCH: u64 = 32;
+
+/// Candidates of each scene.
+const CANDIDATES: usize = 3;
+
+/// The most tries to draw a candidate without refused features.
+const TRIES: u64 = 20;
+
+/// Refusals of a feature, without a run, from which it is not drawn any more.
+const REFUSALS: u32 = 4;
+
+/// The most scenes that are kept to be mutated.
+const MOST_KEPT: usize = 1000;
+
+/// The most runs that are right and serve as evidence.
+const MOST_RIGHT: usize = 40;
+
+/// The most discoveries.
+const MOST_DISCOVERIES: usize = 4;
+
+/// The most kinds of failures that are shrunk: some turn out to be the same.
+const MOST_SHRUNK: usize = 8;
+
+/// The counts of a run.
+#[derive(Debug, Clone, Default)]
+pub struct Tally {
+    /// Scenes that were run.
+    pub scenes: u64,
+    /// Scenes in which the program is right.
+    pub right: u64,
+    /// Scenes of which it says that it lacks something.
+    pub refused: u64,
+    /// Scenes in which it is wrong.
+    pub wrong: u64,
+    /// Scenes that tell nothing, by reason.
+    pub nothing: BTreeMap<Nothing, u64>,
+    /// Pairs of a feature and a circumstance, or another feature, that were run.
+    pub covered: usize,
+    /// The time.
+    pub time: Duration,
+    /// When the first failure was found: the number of scenes, and the time.
+    pub first: Option<(u64, Duration)>,
+}
+
+/// The result of a run.
+#[derive(Debug, Clone, Default)]
+pub struct Campaign {
+    /// The seed.
+    pub seed: u64,
+    /// The counts.
+    pub tally: Tally,
+    /// What was found, most frequent first.
+    pub discoveries: Vec<Discovery>,
+    /// Kinds of failures that were not shrunk.
+    pub further: usize,
+    /// A fault that ended the run.
+    pub fault: Option<Fault>,
+}
+
+/// A kind of failure, with the smallest scene that shows it.
+#[derive(Debug, Clone)]
+pub struct Discovery {
+    /// The cause that all drawn scenes together prove.
+    pub proven: Option<Finding>,
+    /// The causes that make the numbers of the smallest scene, of which others may be the true one.
+    pub possible: Option<Finding>,
+    /// Failures of this kind.
+    pub count: usize,
+    /// The number of the scene that was shrunk.
+    pub number: u64,
+    /// How large that was: particles, forces, steps.
+    pub original: [usize; 3],
+    /// The smallest scene, and the failure in it.
+    pub shrunk: Shrunk,
+    /// Its file.
+    pub text: String,
+    /// Whether the scene passes if its file is spelt plainly.
+    pub is_spelling: bool,
+    /// Symmetries that the program breaks in it.
+    pub broken: Vec<Symmetry>,
+}
+
+/// A failure of a drawn scene.
+#[derive(Debug, Clone)]
+struct Failing {
+    number: u64,
+    scene: Scene,
+    text: String,
+    wrong: Wrong,
+    is_spelling: bool,
+}
+
+/// What the batches so far showed.
+#[derive(Default)]
+struct Memory {
+    covered: HashMap<Pair, u32>,
+    /// Scenes that were new.
+    kept: Vec<Vec<u64>>,
+    seen: HashSet<(Vec<&'static str>, i32)>,
+    /// Runs and refusals of each feature.
+    features: HashMap<&'static str, (u32, u32)>,
+}
+
+impl Memory {
+    fn is_refused(&self, scene: &Scene) -> bool {
+        features(scene).iter().any(|feature| {
+            let counts = self.features.get(feature);
+            counts.is_some_and(|(runs, refusals)| *runs == 0 && *refusals >= REFUSALS)
+        })
+    }
+
+    /// How much a scene covers that few scenes did.
+    fn worth(&self, scene: &Scene) -> f64 {
+        let of = |pair: Pair| 1.0 / (1.0 + f64::from(*self.covered.get(&pair).unwrap_or(&0)));
+        pairs(scene).into_iter().map(of).sum()
+    }
+
+    /// The scene of this number; `None` if everything that may be drawn is refused.
+    fn next(&self, plan: &Plan, number: u64) -> Option<Drawn> {
+        let mut random = Rng::with_seed(plan.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number);
+        let mut best: Option<(f64, Drawn)> = None;
+        let mut candidates = 0;
+        for _ in 0..TRIES {
+            let seed = random.u64(..);
+            let choices = if !self.kept.is_empty() && random.u8(0..3) == 0 {
+                let kept = &self.kept[random.usize(0..self.kept.len())];
+                Choices::from(mutated(kept, &mut random), seed)
+            } else {
+                Choices::random(seed)
+            };
+            let Some(drawn) = draw(&plan.scope, choices) else { continue };
+            if self.is_refused(&drawn.scene) {
+                continue;
+            }
+            let worth = self.worth(&drawn.scene);
+            if best.as_ref().is_none_or(|(most, _)| worth > *most) {
+                best = Some((worth, drawn));
+            }
+            candidates += 1;
+            if candidates == CANDIDATES {
+                break;
+            }
+        }
+        best.map(|(_, drawn)| drawn)
+    }
+
+    fn learn(&mut self, drawn: &Drawn, judgement: &Judgement) {
+        let features = features(&drawn.scene);
+        for feature in &features {
+            let (runs, refusals) = self.features.entry(feature).or_default();
+            match judgement {
+                Judgement::Refused => *refusals += 1,
+                _ => *runs += 1,
+            }
+        }
+        if matches!(judgement, Judgement::Refused) {
+            return;
+        }
+        for pair in pairs(&drawn.scene) {
+            *self.covered.entry(pair).or_default() += 1;
+        }
+        if let Judgement::Right(Run { used, .. }) = judgement {
+            let size = if *used > 0.0 { used.log2().floor() as i32 } else { i32::MIN };
+            if self.kept.len() < MOST_KEPT && self.seen.insert((features, size)) {
+                self.kept.push(drawn.choices.clone());
+            }
+        }
+    }
+}
+
+/// The tags of the forces of a scene.
+pub(crate) fn forces(scene: &Scene) -> Vec<&'static str> {
+    let mut all: Vec<&'static str> = scene.forces.iter().map(|force| force.schema.tag).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The features of a scene: its forces, and the integrator.
+fn features(scene: &Scene) -> Vec<&'static str> {
+    let mut all = forces(scene);
+    all.push(scene.integrator.name);
+    all
+}
+
+/// Runs a plan. It ends early where `is_stopped`; `notice` receives the counts after each batch.
+pub fn run(
+    subject: &dyn Subject,
+    judge: &Judge,
+    plan: &Plan,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+    notice: &dyn Fn(&Tally),
+) -> Campaign {
+    let start = Instant::now();
+    let mut memory = Memory::default();
+    let mut campaign = Campaign { seed: plan.seed, ..Campaign::default() };
+    let (mut failures, mut rights) = (Vec::new(), Vec::new());
+    let mut next = 0;
+    while next < plan.scenes && failures.len() < plan.failures && !is_stopped() {
+        if start.elapsed() >= plan.time {
+            break;
+        }
+        let numbers = next..(next + BATCH).min(plan.scenes);
+        next = numbers.end;
+        let judged: Vec<(u64, Drawn, Judgement, Duration)> = numbers
+            .into_par_iter()
+            .filter_map(|number| {
+                if is_stopped() {
+                    return None;
+                }
+                let drawn = memory.next(plan, number)?;
+                let judgement = judge.judge(subject, &drawn.scene, &drawn.text);
+                Some((number, drawn, judgement, start.elapsed()))
+            })
+            .collect();
+        if judged.is_empty() {
+            break;
+        }
+        for (number, drawn, judgement, time) in judged {
+            memory.learn(&drawn, &judgement);
+            let tally = &mut campaign.tally;
+            tally.scenes += 1;
+            match judgement {
+                Judgement::Right(run) => {
+                    tally.right += 1;
+                    if rights.len() < MOST_RIGHT {
+                        rights.push((drawn.scene, run));
+                    }
+                }
+                Judgement::Refused => tally.refused += 1,
+                Judgement::Tells(reason) => *tally.nothing.entry(reason).or_default() += 1,
+                Judgement::Fault(fault) => campaign.fault = Some(fault),
+                Judgement::Wrong(wrong) => {
+                    tally.wrong += 1;
+                    tally.first.get_or_insert((tally.scenes, time));
+                    let Drawn { scene, text, .. } = drawn;
+                    let wrong = *wrong;
+                    failures.push(Failing { number, scene, text, wrong, is_spelling: false });
+                }
+            }
+        }
+        campaign.tally.covered = memory.covered.len();
+        campaign.tally.time = start.elapsed();
+        notice(&campaign.tally);
+        if campaign.fault.is_some() {
+            return campaign;
+        }
+    }
+    if !is_stopped() {
+        let tested = Tested { subject, judge, scope: &plan.scope, effort: plan.effort };
+        (campaign.discoveries, campaign.further) = tested.discoveries(failures, &rights);
+    }
+    campaign
+}
+
+/// What is tested, and how much its failures may cost.
+struct Tested<'a> {
+    subject: &'a dyn Subject,
+    judge: &'a Judge,
+    scope: &'a Scope,
+    effort: Effort,
+}
+
+impl Tested<'_> {
+    /// The kinds of failures, each shrunk, and the number of kinds beyond these.
+    fn discoveries(
+        &self,
+        mut failures: Vec<Failing>,
+        rights: &[(Scene, Run)],
+    ) -> (Vec<Discovery>, usize) {
+        failures.par_iter_mut().for_each(|failing| self.spell_plainly(failing));
+        let wrong = failures.iter().map(|failing| Evidence::Wrong(&failing.scene, &failing.wrong));
+        let right = rights.iter().map(|(scene, run)| Evidence::Right(scene, run));
+        let found = cause::find(&wrong.chain(right).collect::<Vec<_>>());
+        let mut kinds: Vec<(Vec<String>, Vec<usize>)> = Vec::new();
+        for (number, failing) in failures.iter().enumerate() {
+            let diagnosis = found.diagnoses.get(number).and_then(Option::as_ref);
+            let causes = diagnosis.map(|diagnosis| diagnosis.causes.clone()).unwrap_or_default();
+            let key = if failing.is_spelling {
+                vec!["the spelling of the file".to_owned()]
+            } else if causes.is_empty() {
+                let name = failing.wrong.failure.name();
+                vec![name.to_owned(), failing.scene.integrator.name.to_owned()]
+            } else {
+                causes
+            };
+            match kinds.iter_mut().find(|(known, _)| *known == key) {
+                Some((_, scenes)) => scenes.push(number),
+                None => kinds.push((key, vec![number])),
+            }
+        }
+        // A kind with a cause is told first, then the most frequent.
+        kinds.sort_by_key(|(_, scenes)| std::cmp::Reverse(scenes.len()));
+        let mut all: Vec<Discovery> = Vec::new();
+        let mut further = 0;
+        for (number, (_, scenes)) in kinds.into_iter().enumerate() {
+            if all.len() == MOST_DISCOVERIES || number == MOST_SHRUNK {
+                further += 1;
+                continue;
+            }
+            let simplest =
+                scenes.iter().copied().min_by_key(|number| measure(&failures[*number].scene));
+            let Some(simplest) = simplest else { continue };
+            let is_of_it = |finding: &&Finding| {
+                is_proven(finding) && finding.scenes.contains(&simplest.to_string())
+            };
+            let finding = found.findings.list.iter().find(is_of_it).cloned();
+            let discovery = self.discovery(&failures[simplest], finding, scenes.len());
+            // What nothing explains may turn out to be the same once it is small.
+            let is_known = |known: &&mut Discovery| {
+                discovery.proven.is_none()
+                    && forces(&known.shrunk.scene) == forces(&discovery.shrunk.scene)
+                    && known.shrunk.wrong.failure.name() == discovery.shrunk.wrong.failure.name()
+            };
+            match all.iter_mut().find(is_known) {
+                Some(known) => known.count += discovery.count,
+                None => all.push(discovery),
+            }
+        }
+        (all, further)
+    }
+
+    /// Takes the plain file of a scene, if that fails as well.
+    fn spell_plainly(&self, failing: &mut Failing) {
+        let Some(text) = plain(&failing.scene).filter(|text| *text != failing.text) else { return };
+        let Some(scene) = read(&text) else { return };
+        match self.judge.judge(self.subject, &scene, &text) {
+            Judgement::Wrong(wrong) => {
+                (failing.scene, failing.text, failing.wrong) = (scene, text, *wrong);
+            }
+            _ => failing.is_spelling = true,
+        }
+    }
+
+    /// Shrinks a failure.
+    fn discovery(&self, failing: &Failing, proven: Option<Finding>, count: usize) -> Discovery {
+        let Failing { number, scene, text, wrong, is_spelling } = failing;
+        let [particles, forces, steps, ..] = measure(scene);
+        let mut discovery = Discovery {
+            proven,
+            possible: None,
+            count,
+            number: *number,
+            original: [particles, forces, steps],
+            shrunk: Shrunk { scene: scene.clone(), wrong: wrong.clone(), runs: 0 },
+            text: text.clone(),
+            is_spelling: *is_spelling,
+            broken: Vec::new(),
+        };
+        if *is_spelling {
+            return discovery;
+        }
+        let words = discovery.proven.as_ref().map(|finding| finding.words.clone());
+        let words = words.filter(|words| cause::shows(scene, wrong, words));
+        discovery.shrunk = self.shrink(scene, wrong, words.as_deref());
+        let Shrunk { scene, wrong, .. } = &discovery.shrunk;
+        discovery.text = plain(scene).unwrap_or_default();
+        if discovery.proven.is_none() {
+            let alone = cause::find(&[Evidence::Wrong(scene, wrong)]).findings.list;
+            discovery.possible = alone.into_iter().find(is_proven);
+        }
+        if !wrong.states.is_empty() {
+            discovery.broken = symmetry::broken(self.judge, self.subject, scene, &wrong.states);
+        }
+        discovery
+    }
+
+    /// The smallest scene of the scope in which the subject fails in the same way, and by one of these causes if there are any.
+    fn shrink(&self, scene: &Scene, wrong: &Wrong, words: Option<&[String]>) -> Shrunk {
+        let fails = |scene: &Scene| {
+            let is_offered = |(schema, _): &(&IntegratorSchema, &str)| *schema == scene.integrator;
+            if !self.scope.integrators.iter().any(is_offered) {
+                return None;
+            }
+            let text = plain(scene)?;
+            let scene = read(&text)?;
+            let judged = self.judge.judge(self.subject, &scene, &text);
+            let Judgement::Wrong(found) = judged else { return None };
+            let is_same = found.failure.name() == wrong.failure.name()
+                && words.is_none_or(|words| cause::shows(&scene, &found, words));
+            is_same.then_some(*found)
+        };
+        shrink(scene, wrong, &fails, self.effort)
+    }
+}

@@ -1,0 +1,90 @@
+//! The search for causes over drawn scenes: what it proves of a failure.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use diagnosis::findings::{
+    Diagnosis, Finding, FindingKind, Findings, FirstWrong, JudgedScene, Outcome, Thresholds,
+};
+use grader::grading::outcome;
+use grader::verdict::Verdict;
+use scene::Scene;
+use scene::trace::State;
+
+use crate::judge::{Run, Wrong};
+
+/// A scene with its outcome.
+#[derive(Debug, Clone, Copy)]
+pub enum Evidence<'a> {
+    /// A failure.
+    Wrong(&'a Scene, &'a Wrong),
+    /// A run that is right.
+    Right(&'a Scene, &'a Run),
+}
+
+/// What was found in scenes together.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// The findings, as any report has them.
+    pub findings: Findings,
+    /// For each scene, the diagnosis of a failure.
+    pub diagnoses: Vec<Option<Diagnosis>>,
+}
+
+/// Looks for causes in scenes together. A panic of the search loses what it found, and no failure.
+pub fn find(scenes: &[Evidence<'_>]) -> Found {
+    let names: Vec<String> = (0..scenes.len()).map(|number| number.to_string()).collect();
+    let judged: Vec<JudgedScene<'_>> =
+        scenes.iter().zip(&names).map(|(scene, name)| judged(*scene, name)).collect();
+    let find = || Findings::of(&judged, &Thresholds::default());
+    let Ok((findings, found)) = catch_unwind(AssertUnwindSafe(find)) else {
+        return Found::default();
+    };
+    Found { findings, diagnoses: found.into_iter().map(|found| found.diagnosis).collect() }
+}
+
+fn judged<'a>(scene: Evidence<'a>, name: &'a str) -> JudgedScene<'a> {
+    let right = |scene: &'a Scene, states: &'a [State]| JudgedScene {
+        name,
+        scene,
+        is_required: true,
+        outcome: Outcome::Passed,
+        first_wrong: None,
+        largest: [0.0; 2],
+        has_positions_alone: false,
+        has_other_root: false,
+        envelope: Vec::new(),
+        states,
+    };
+    match scene {
+        Evidence::Right(scene, run) => right(scene, &run.states),
+        Evidence::Wrong(scene, wrong) => {
+            let Wrong { failure, comparison, states, envelope, .. } = wrong;
+            let bounds = (0..states.len() as u64).map(|step| envelope.at(step));
+            let first = comparison.first_wrong.as_ref();
+            JudgedScene {
+                outcome: outcome(&Verdict::Fail(failure.clone())),
+                first_wrong: first.map(|first| FirstWrong {
+                    step: first.place.step,
+                    particle: first.place.particle,
+                    context: &first.context,
+                }),
+                largest: [comparison.position.largest, comparison.velocity.largest],
+                has_positions_alone: comparison.has_positions_alone,
+                envelope: bounds.map(|bounds| [bounds.position, bounds.velocity]).collect(),
+                ..right(scene, states)
+            }
+        }
+    }
+}
+
+/// Whether a finding is a cause that replay has proven, or a term whose absence it has.
+pub fn is_proven(finding: &Finding) -> bool {
+    matches!(finding.kind, FindingKind::Cause | FindingKind::NotImplemented)
+}
+
+/// Whether a failure alone shows one of these causes, in words.
+pub fn shows(scene: &Scene, wrong: &Wrong, words: &[String]) -> bool {
+    let found = find(&[Evidence::Wrong(scene, wrong)]);
+    let mut proven = found.findings.list.iter().filter(|finding| is_proven(finding));
+    proven.any(|finding| finding.words.iter().any(|word| words.contains(word)))
+}

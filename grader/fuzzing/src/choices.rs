@@ -1,0 +1,128 @@
+//! Recorded choices: everything random in a drawn scene is a choice among finitely many.
+//!
+//! ```text
+//! scene = draw(c₀ c₁ c₂ …)       c: at each choice among n, the planned number modulo n; beyond the plan a random one, or 0
+//! ```
+//!
+//! Any sequence of numbers draws a valid scene. So a change of some numbers is another scene, of which the rest stays
+//! (MacIver and Donaldson, *Test-case reduction via test-case generation*, ECOOP 2020), and the bytes of a coverage-guided
+//! fuzzer are a scene. Choice 0 is the simplest everywhere.
+
+use fastrand::Rng;
+
+/// Bits of a number between 0 and 1.
+const BITS: u32 = 53;
+
+/// A sequence of choices that is being made.
+#[derive(Debug, Clone)]
+pub struct Choices {
+    planned: Vec<u64>,
+    made: Vec<u64>,
+    /// Makes the choices beyond the plan; without it they are 0.
+    random: Option<Rng>,
+}
+
+impl Choices {
+    /// Random choices.
+    pub fn random(seed: u64) -> Self {
+        Self { planned: Vec::new(), made: Vec::new(), random: Some(Rng::with_seed(seed)) }
+    }
+
+    /// These choices, and random ones after them.
+    pub fn from(planned: Vec<u64>, seed: u64) -> Self {
+        Self { planned, made: Vec::new(), random: Some(Rng::with_seed(seed)) }
+    }
+
+    /// These choices, and the simplest after them.
+    pub fn replayed(planned: Vec<u64>) -> Self {
+        Self { planned, made: Vec::new(), random: None }
+    }
+
+    /// Two bytes a choice, and the simplest after them.
+    pub fn of_bytes(bytes: &[u8]) -> Self {
+        let choice = |pair: &[u8]| pair.iter().fold(0, |sum, byte| 256 * sum + u64::from(*byte));
+        Self::replayed(bytes.chunks(2).map(choice).collect())
+    }
+
+    /// The choices made so far.
+    pub fn into_made(self) -> Vec<u64> {
+        self.made
+    }
+
+    /// A number below `n`, which is at least 1.
+    pub fn below(&mut self, n: usize) -> usize {
+        let n = n.max(1) as u64;
+        let choice = match (self.planned.get(self.made.len()), &mut self.random) {
+            (Some(planned), _) => planned % n,
+            (None, Some(random)) => random.u64(0..n),
+            (None, None) => 0,
+        };
+        self.made.push(choice);
+        choice as usize
+    }
+
+    /// One of these.
+    ///
+    /// # Panics
+    /// If there are none.
+    pub fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
+        all[self.below(all.len())]
+    }
+
+    /// Whether an event of a chance of `share` in 16 happens.
+    pub fn chance(&mut self, share: usize) -> bool {
+        // The simplest choice is that it does not.
+        self.below(16) >= 16 - share
+    }
+
+    /// A number from 0 to below 1.
+    pub fn unit(&mut self) -> f64 {
+        self.below(1 << BITS) as f64 / (1_u64 << BITS) as f64
+    }
+
+    /// Permutes a list.
+    pub fn shuffle<T>(&mut self, list: &mut [T]) {
+        for place in (1..list.len()).rev() {
+            // The simplest choice leaves everything in its place.
+            let other = place - self.below(place + 1);
+            list.swap(place, other);
+        }
+    }
+}
+
+/// The choices with some of them changed, or their end cut off, which is then drawn again.
+pub fn mutated(choices: &[u64], random: &mut Rng) -> Vec<u64> {
+    let mut other = choices.to_vec();
+    if other.is_empty() {
+        return other;
+    }
+    match random.u8(0..4) {
+        0 => other.truncate(random.usize(0..other.len())),
+        _ => {
+            for _ in 0..random.usize(1..4) {
+                let place = random.usize(0..other.len());
+                other[place] = random.u64(..);
+            }
+        }
+    }
+    other
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn choices_that_were_made_are_made_again() {
+        let make = |mut choices: Choices| {
+            let mut list: Vec<usize> = (0..9).collect();
+            let made = (choices.below(5), choices.unit(), choices.chance(8));
+            choices.shuffle(&mut list);
+            (made, list, choices.into_made())
+        };
+        let (first, list, made) = make(Choices::random(3));
+        assert_eq!(make(Choices::replayed(made.clone())), (first, list, made));
+        let (simplest, list, _) = make(Choices::of_bytes(&[]));
+        assert_eq!((simplest, list), ((0, 0.0, false), (0..9).collect()));
+    }
+}

@@ -1,0 +1,333 @@
+//! Draws scenes from the facts of the registries.
+//!
+//! ```text
+//! scope ── dimension, integrator, kinds of forces ── particles ── elements ── time ── text        each from `Choices`
+//! ```
+//!
+//! Half of the scenes have one or two particles and one to three steps: most mistakes show there, and a run takes no time. The
+//! rest have up to [`MOST_PARTICLES`] particles and [`MOST_STEPS`] steps. Values are typical ones of the schemas, or special:
+//! zero, one, equal to another, aligned with an axis, at rest, at the rest length. The time step follows the stiffest element,
+//! so that few scenes explode.
+
+mod circumstance;
+mod text;
+mod values;
+
+use scene::schema::{
+    ForceSchema, Initial, IntegratorOptions, IntegratorSchema, OptionKind, Stencil,
+};
+use scene::{
+    Dimension, Edge, ForceElement, PARTICLE_RADIUS, ParseOptions, Particle, Particles, Scene,
+    write, xml,
+};
+use simulator::vocabulary;
+
+use crate::choices::Choices;
+
+pub use circumstance::{Pair, circumstances, pairs};
+
+/// The most particles of a drawn scene: beyond every size up to which small systems are solved otherwise.
+pub const MOST_PARTICLES: usize = 40;
+
+/// The most steps of a drawn scene.
+pub const MOST_STEPS: usize = 120;
+
+/// The most elements of one kind of force.
+const MOST_ELEMENTS: usize = 12;
+
+/// The same of a field.
+const MOST_FIELDS: usize = 5;
+
+/// What a drawn scene may hold.
+#[derive(Debug, Clone)]
+pub struct Scope {
+    /// The forces.
+    pub forces: Vec<&'static ForceSchema>,
+    /// The integrators, as a scene may spell them.
+    pub integrators: Vec<(&'static IntegratorSchema, &'static str)>,
+    /// The dimensions.
+    pub dimensions: Vec<Dimension>,
+}
+
+impl Scope {
+    /// Everything in the registries.
+    pub fn all() -> Self {
+        let vocabulary = vocabulary();
+        let spellings = |schema: &&'static IntegratorSchema| {
+            let schema: &'static IntegratorSchema = schema;
+            let aliases = schema.aliases.iter().copied();
+            std::iter::once(schema.name).chain(aliases).map(move |spelling| (schema, spelling))
+        };
+        Self {
+            integrators: vocabulary.integrators.iter().flat_map(spellings).collect(),
+            forces: vocabulary.forces,
+            dimensions: vec![Dimension::Two, Dimension::Three],
+        }
+    }
+
+    /// What an assignment asks for.
+    pub fn of(assignment: &grader::suite::assignment::Scope) -> Self {
+        let mut scope = Self::all();
+        let is_listed = |list: &Option<Vec<String>>, word: &str| {
+            list.as_ref().is_none_or(|list| list.iter().any(|listed| listed == word))
+        };
+        scope.forces.retain(|schema| is_listed(&assignment.forces, schema.tag));
+        scope.integrators.retain(|(_, spelling)| is_listed(&assignment.integrators, spelling));
+        if let Some(dimensions) = &assignment.dimensions {
+            scope.dimensions.retain(|dimension| dimensions.contains(&dimension.count()));
+        }
+        scope
+    }
+}
+
+/// A drawn scene.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// The choices that draw it.
+    pub choices: Vec<u64>,
+    /// The scene.
+    pub scene: Scene,
+    /// Its file.
+    pub text: String,
+}
+
+/// Draws a scene; `None` where no file can hold it, such as a triangle without an area.
+pub fn draw(scope: &Scope, mut choices: Choices) -> Option<Drawn> {
+    let (scene, spelling) = scene(scope, &mut choices)?;
+    let text = text::of(&scene, spelling, &mut choices)?;
+    let scene = read(&text)?;
+    Some(Drawn { choices: choices.into_made(), scene, text })
+}
+
+/// The scene in a text; `None` if it is none.
+pub fn read(text: &str) -> Option<Scene> {
+    let options = ParseOptions { strict: true, ..ParseOptions::default() };
+    xml::parse(text, "scene.xml", &vocabulary(), &options).ok().map(|parsed| parsed.scene)
+}
+
+/// The plain file of a scene; `None` if none can hold it.
+pub fn plain(scene: &Scene) -> Option<String> {
+    let mut bytes = Vec::new();
+    write::write(scene, &mut bytes).ok()?;
+    String::from_utf8(bytes).ok()
+}
+
+fn scene(scope: &Scope, choices: &mut Choices) -> Option<(Scene, &'static str)> {
+    let dimension = choices.one_of(&scope.dimensions);
+    let (integrator, spelling) = choices.one_of(&scope.integrators);
+    let kinds = kinds(scope, integrator, choices);
+    let needed = kinds.iter().map(|kind| kind.stencil.size()).max().unwrap_or(1);
+    let count = match choices.below(16) {
+        0..=7 => 1 + choices.below(2),
+        8..=12 => 2 + choices.below(4),
+        13 | 14 => 3 + choices.below(10),
+        _ => 10 + choices.below(MOST_PARTICLES - 9),
+    };
+    let mut scene = Scene::new("scene.xml", dimension, integrator);
+    particles(&mut scene, count.max(needed), choices);
+    for kind in kinds {
+        elements(&mut scene, kind, choices);
+    }
+    scene.forces.retain(|element| (integrator.refuses)(element).is_none());
+    options(&mut scene.integrator_options, integrator, choices);
+    time(&mut scene, choices);
+    Some((scene, spelling))
+}
+
+/// The kinds of forces, most often one or two.
+fn kinds(
+    scope: &Scope,
+    integrator: &IntegratorSchema,
+    choices: &mut Choices,
+) -> Vec<&'static ForceSchema> {
+    let mut left = scope.forces.clone();
+    let count = [1, 1, 1, 1, 2, 2, 2, 3, 3, 0, left.len()][choices.below(11)].min(left.len());
+    // A method that takes rounds knows springs.
+    let refuses_all = |schema: &&'static ForceSchema| {
+        let ones = schema.parameters.iter().map(|parameter| parameter.samples[0]);
+        let element = ForceElement::new(schema, &[], None, ones.collect());
+        (integrator.refuses)(&element).is_some() && schema.parts.len() == 1
+    };
+    left.retain(|schema| !refuses_all(schema));
+    (0..count.min(left.len())).map(|_| left.remove(choices.below(left.len()))).collect()
+}
+
+fn particles(scene: &mut Scene, count: usize, choices: &mut Choices) {
+    let axes = scene.dimension.count();
+    let (is_still, has_fixed) = (choices.chance(5), choices.chance(5));
+    let size = choices.one_of(&[1.0, 1.0, 1.0, 10.0, 0.1]);
+    for number in 0..count {
+        let before = &scene.particles[..number];
+        let mass = values::mass(before, choices);
+        let (mut position, mut velocity) = ([0.0; 3], [0.0; 3]);
+        for axis in 0..axes {
+            let others: Vec<f64> = before.iter().map(|other| other.position[axis]).collect();
+            position[axis] = values::coordinate(size, &others, choices);
+        }
+        if !is_still && !choices.chance(2) {
+            for value in &mut velocity[..axes] {
+                *value = values::coordinate(size, &[], choices);
+            }
+        }
+        scene.particles.push(Particle {
+            mass,
+            position,
+            velocity,
+            fixed: has_fixed && choices.chance(6),
+            radius: PARTICLE_RADIUS,
+            tag: None,
+        });
+    }
+}
+
+/// The elements of one kind.
+fn elements(scene: &mut Scene, kind: &'static ForceSchema, choices: &mut Choices) {
+    let n_particles = scene.particles.len();
+    let count = match kind.stencil {
+        Stencil::EveryParticle if choices.chance(12) => 1,
+        Stencil::EveryParticle => 1 + choices.below(MOST_FIELDS),
+        _ if choices.chance(11) => 1,
+        _ => 1 + choices.below(MOST_ELEMENTS.min(2 * n_particles)),
+    };
+    for _ in 0..count {
+        let last =
+            scene.forces.last().filter(|last| last.schema == kind && !kind.stencil.is_field());
+        let (particles, edge) = match last {
+            // Twice on the same particles, the second time possibly the other way round.
+            Some(last) if choices.chance(2) => {
+                let mut particles = last.particles.clone();
+                if kind.stencil != Stencil::Edge && choices.chance(8) {
+                    particles.reverse();
+                }
+                (particles, last.edge)
+            }
+            _ if kind.stencil.is_field() => (Particles::new(), None),
+            _ => {
+                let mut all: Vec<usize> = (0..n_particles).collect();
+                let size = kind.stencil.size();
+                let chosen = (0..size).map(|_| all.remove(choices.below(all.len())));
+                let chosen: Particles = chosen.collect();
+                let edge = (kind.stencil == Stencil::Edge).then(|| {
+                    scene.edges.push(Edge {
+                        particles: [chosen[0], chosen[1]],
+                        radius: scene::EDGE_RADIUS,
+                    });
+                    scene.edges.len() - 1
+                });
+                (chosen, edge)
+            }
+        };
+        let mut element = ForceElement::new(kind, &particles, edge, kind.zeros());
+        values::parameters(&mut element, scene, choices);
+        scene.forces.push(element);
+    }
+}
+
+fn options(options: &mut IntegratorOptions, integrator: &IntegratorSchema, choices: &mut Choices) {
+    for option in integrator.options {
+        if !choices.chance(4) {
+            continue;
+        }
+        let text = match option.kind {
+            OptionKind::Number { default, .. } => {
+                (default * choices.one_of(&[0.1, 10.0, 0.5])).to_string()
+            }
+            OptionKind::Count { least, .. } => (least + choices.below(5) as u64).to_string(),
+            OptionKind::Choice { words } => choices.one_of(words).to_owned(),
+        };
+        // A value outside of the option's domain leaves the default.
+        let _ = options.set(option.name, &text);
+    }
+}
+
+/// The largest rate of a scene, `√(k/m)` and `b/m` of its elements, is at least this.
+const SLOWEST: f64 = 1.0;
+
+/// The time step, and the duration: a whole number of steps to the last bit, or a last step that is cut clearly.
+fn time(scene: &mut Scene, choices: &mut Choices) {
+    let mut rate = SLOWEST;
+    for element in &scene.forces {
+        let scaling = element.schema.parts.iter().flat_map(|part| part.scaled_by);
+        let scale = scaling.map(|name| element.parameter(name).abs()).fold(0.0, f64::max);
+        for stencil in element.stencils(scene.particles.len()) {
+            let lightest = stencil.iter().map(|number| scene.particles[*number].mass);
+            let lightest = lightest.fold(f64::INFINITY, f64::min);
+            let length = match element.schema.initial {
+                Initial::PathLength => element.path_length(&scene.particles).min(1.0),
+                Initial::None | Initial::BoxDiagonal => 1.0,
+            };
+            let of_law = (scale / (lightest * length)).abs();
+            rate = rate.max(if of_law.is_finite() { of_law.sqrt().max(0.5 * of_law) } else { 0.0 });
+        }
+    }
+    let step = values::significant(0.5 / rate * choices.one_of(&[1.0, 0.3, 0.1, 0.03, 0.01]), 2);
+    let step = if choices.chance(2) { choices.one_of(&[0.01, 0.1, 0.5, 1.0]) } else { step };
+    let count = match choices.below(16) {
+        0..=4 => 1,
+        5..=9 => 2 + choices.below(2),
+        10..=14 => 4 + choices.below(17),
+        _ => 20 + choices.below(MOST_STEPS - 19),
+    };
+    let is_cut = choices.chance(4);
+    let share = if is_cut { choices.one_of(&[0.5, 0.25, 0.8]) } else { 0.0 };
+    let mut duration = (count as f64 - share) * step;
+    // 0.3 / 0.1 is below 3 in floating point, and 2.1 / 0.3 above 7.
+    for _ in 0..4 {
+        let steps = duration / step;
+        if is_cut || steps == count as f64 {
+            break;
+        }
+        duration = if steps > count as f64 { duration.next_down() } else { duration.next_up() };
+    }
+    (scene.time_step, scene.duration) = (step, duration);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use scene::trace::Shape;
+
+    use super::*;
+
+    #[test]
+    fn drawn_scenes_are_read_as_they_were_drawn_and_replay_to_the_same_text() {
+        let scope = Scope::all();
+        let (mut drawn, mut covered) = (0, HashSet::new());
+        for seed in 0..3000 {
+            let Some(Drawn { choices, scene, text }) = draw(&scope, Choices::random(seed)) else {
+                continue;
+            };
+            drawn += 1;
+            let again = draw(&scope, Choices::replayed(choices)).map(|again| again.text);
+            assert_eq!(again.as_ref(), Some(&text));
+            // The plain file holds the same scene, but for the places of its elements.
+            let plain = read(&plain(&scene).unwrap()).unwrap();
+            assert_eq!(plain.particles, scene.particles, "{text}");
+            assert_eq!((plain.duration, plain.time_step), (scene.duration, scene.time_step));
+            assert!(Shape::of(&scene).n_particles <= MOST_PARTICLES);
+            covered.extend(pairs(&scene));
+        }
+        assert!(drawn > 2700, "{drawn} of 3000");
+        // Every force and every integrator was drawn with most circumstances.
+        for schema in &scope.forces {
+            let count = covered.iter().filter(|pair: &&Pair| pair.feature == schema.tag).count();
+            assert!(count >= 12, "{}: {count}", schema.tag);
+        }
+    }
+
+    #[test]
+    fn every_sequence_of_bytes_draws_a_scene_of_the_scope() {
+        let mut scope = Scope::all();
+        scope.forces.retain(|schema| ["springforce", "dragdamping"].contains(&schema.tag));
+        scope.dimensions = vec![Dimension::Two];
+        for byte in 0..=255_u8 {
+            let bytes: Vec<u8> = (0..90_u8).map(|place| place.wrapping_mul(byte) ^ byte).collect();
+            let Some(drawn) = draw(&scope, Choices::of_bytes(&bytes)) else { continue };
+            assert_eq!(drawn.scene.dimension, Dimension::Two);
+            assert!(
+                drawn.scene.forces.iter().all(|element| scope.forces.contains(&element.schema))
+            );
+        }
+    }
+}

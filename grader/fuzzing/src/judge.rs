@@ -1,0 +1,275 @@
+//! Judges a simulator on a drawn scene.
+//!
+//! ```text
+//! our states ── the floor of a tolerance ── agrees: right
+//!            ── differs: envelope of this scene, by all variants ── within: right
+//!                        ── a horizon, a variant that fails, a wide envelope: the scene tells nothing
+//!                        ── 10 times the tolerance, and no other root of the same equation: wrong
+//! ```
+//!
+//! A right program costs one run of ours; the two dozen variants run only where a program differs.
+
+use grader::compare::calibration::{Calibration, Class, Envelope, calibrate_by};
+use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare, compare_watched};
+use grader::grading::refusal;
+use grader::submission::StateSource;
+use grader::submission::program::{Program, SceneSource};
+use grader::verdict::{Failure, Fault, Quantity, Verdict};
+use scene::Scene;
+use scene::trace::{Shape, State};
+use simulator::simulation::Simulation;
+
+use crate::motion::{Replay, simulate};
+
+/// Numbers that keep right programs from being called wrong.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strictness {
+    /// Ratio of a residual to its tolerance from which a program is wrong. The tolerance is already ten times the largest
+    /// difference of two dozen right programs; a million scenes have rarer differences than they show.
+    pub clear: f64,
+    /// Largest tolerance, relative to the size of the motion, of a scene that is used.
+    pub sensitive: f64,
+    /// Largest number of a motion that is used.
+    pub large: f64,
+    /// Most iterations of Newton's method in a step. The first iterates of a longer one are wild, and its end depends on
+    /// rounding errors.
+    pub iterations: u64,
+    /// Largest amplification by the matrix of a step, 1 where forces hold or dissipate. Elimination without pivots fails
+    /// before others do.
+    pub amplification: f64,
+}
+
+impl Default for Strictness {
+    fn default() -> Self {
+        Self { clear: 10.0, sensitive: 1e-7, large: 1e6, iterations: 8, amplification: 1e3 }
+    }
+}
+
+/// What is tested.
+pub trait Subject: Sync {
+    /// Starts it on a scene, whose file has this text.
+    ///
+    /// # Errors
+    /// Why there are no states.
+    fn start(&self, scene: &Scene, text: &str) -> Result<Box<dyn StateSource>, Verdict>;
+}
+
+impl Subject for Program {
+    fn start(&self, scene: &Scene, text: &str) -> Result<Box<dyn StateSource>, Verdict> {
+        let run = self.run(SceneSource::Xml(text), Shape::of(scene));
+        run.map(|run| Box::new(run) as Box<dyn StateSource>).map_err(|verdict| match verdict {
+            Verdict::Fail(failure) => Verdict::Fail(refusal(scene, "xml", failure)),
+            other => other,
+        })
+    }
+}
+
+/// A scene with the outcome of a run.
+#[derive(Debug, Clone)]
+pub enum Judgement {
+    /// The states agree.
+    Right(Run),
+    /// The program says that it lacks something.
+    Refused,
+    /// Equally right programs differ too much to tell, or our own simulator has no answer.
+    Tells(Nothing),
+    /// The program is wrong.
+    Wrong(Box<Wrong>),
+    /// It could not be run, through no fault of its own.
+    Fault(Fault),
+}
+
+/// Why a scene tells nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Nothing {
+    /// A step of ours fails.
+    NoAnswer,
+    /// Equally right programs differ much, or one of them fails.
+    Sensitive,
+    /// The motion leaves the range of ordinary numbers.
+    Explodes,
+    /// Particles of a force are in one place, or pass through it in the first guess of a step.
+    Degenerate,
+    /// Newton's method takes many iterations, or its matrix is nearly singular.
+    Slow,
+    /// The steps solve the same equation; another solution.
+    OtherRoot,
+    /// The residual is hardly beyond its tolerance.
+    Close,
+}
+
+/// The states of a run that is right.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// The program's states.
+    pub states: Vec<State>,
+    /// The largest ratio of a residual to its tolerance.
+    pub used: f64,
+}
+
+/// A failure.
+#[derive(Debug, Clone)]
+pub struct Wrong {
+    /// The failure.
+    pub failure: Failure,
+    /// The comparison; without states if there are none.
+    pub comparison: Comparison,
+    /// The program's finite states.
+    pub states: Vec<State>,
+    /// Ours.
+    pub expected: Vec<State>,
+    /// Differences between right programs.
+    pub envelope: Envelope,
+}
+
+impl Wrong {
+    /// The first step that shows it: its number counts from 1; 0 is the initial state.
+    pub fn first_step(&self) -> u64 {
+        match (&self.comparison.first_wrong, &self.failure) {
+            (Some(first), _) => first.place.step,
+            (None, Failure::NotFinite { place, .. }) => place.step,
+            _ => self.comparison.states,
+        }
+    }
+}
+
+/// Judges by these numbers, with envelopes of variants of some kinds.
+#[derive(Debug, Clone, Copy)]
+pub struct Judge {
+    /// When a program is called wrong.
+    pub strictness: Strictness,
+    /// The kinds of right programs.
+    pub classes: fn(Class) -> bool,
+}
+
+impl Default for Judge {
+    fn default() -> Self {
+        Self { strictness: Strictness::default(), classes: |_| true }
+    }
+}
+
+impl Judge {
+    /// Runs and judges a subject on a scene.
+    pub fn judge(&self, subject: &dyn Subject, scene: &Scene, text: &str) -> Judgement {
+        let Ok(expected) = simulate(scene) else { return Judgement::Tells(Nothing::NoAnswer) };
+        if !expected.iter().all(|state| self.is_ordinary(state)) {
+            return Judgement::Tells(Nothing::Explodes);
+        }
+        self.judge_states(scene, &expected, || subject.start(scene, text))
+    }
+
+    /// Judges the states that `start` yields against these.
+    pub fn judge_states(
+        &self,
+        scene: &Scene,
+        expected: &[State],
+        start: impl FnOnce() -> Result<Box<dyn StateSource>, Verdict>,
+    ) -> Judgement {
+        let expectation = Expectation::of(scene);
+        let criteria = |envelope| Criteria::Calibrated(Calibrated::new(envelope, scene));
+        let mut states = Vec::new();
+        let mut has_velocities = true;
+        let compared = start().map(|mut source| {
+            has_velocities = source.has_velocities();
+            let mut ours = Replay::of(expected);
+            let floor = criteria(Envelope::zero());
+            compare_watched(&mut ours, source.as_mut(), expectation, floor, &mut |pair| {
+                states.push(pair.got.clone());
+            })
+        });
+        let comparison = compared.unwrap_or_else(Comparison::without_states);
+        let failure = match comparison.verdict.clone() {
+            Verdict::Pass => {
+                let used = comparison.allowed.map_or(0.0, |allowed| allowed.used);
+                return Judgement::Right(Run { states, used });
+            }
+            Verdict::GraderFault(fault) => return Judgement::Fault(fault),
+            Verdict::Fail(Failure::NotImplemented(_)) => return Judgement::Refused,
+            Verdict::Fail(failure) => failure,
+        };
+        if is_degenerate(scene, expected) {
+            return Judgement::Tells(Nothing::Degenerate);
+        }
+        if self.is_slow(scene) {
+            return Judgement::Tells(Nothing::Slow);
+        }
+        let Calibration { envelope, is_sound } = calibrate_by(scene, self.classes);
+        if !is_sound || envelope.horizon.is_some() {
+            return Judgement::Tells(Nothing::Sensitive);
+        }
+        let wrong = Wrong { failure, comparison, states, expected: expected.to_vec(), envelope };
+        if wrong.failure != Failure::Differs || !has_velocities {
+            return Judgement::Wrong(Box::new(wrong));
+        }
+        self.differs(scene, wrong)
+    }
+
+    /// Judges states that differ by more than the floor.
+    fn differs(&self, scene: &Scene, wrong: Wrong) -> Judgement {
+        let criteria = Calibrated::new(wrong.envelope.clone(), scene);
+        let (mut ours, mut theirs) = (Replay::of(&wrong.expected), Replay::of(&wrong.states));
+        let expectation = Expectation::of(scene);
+        let comparison =
+            compare(&mut ours, &mut theirs, expectation, Criteria::Calibrated(criteria));
+        let used = comparison.allowed.map_or(0.0, |allowed| allowed.used);
+        let Some(first) = &comparison.first_wrong else {
+            return Judgement::Right(Run { states: wrong.states, used });
+        };
+        let size = wrong.expected.iter().flat_map(|state| match first.place.quantity {
+            Quantity::Position => &state.positions,
+            Quantity::Velocity => &state.velocities,
+        });
+        let size = size.fold(0.0_f64, |size, value| size.max(value.abs()));
+        if first.tolerance > self.strictness.sensitive * size {
+            return Judgement::Tells(Nothing::Sensitive);
+        }
+        if diagnosis::roots::solve_all(scene, &wrong.states) {
+            return Judgement::Tells(Nothing::OtherRoot);
+        }
+        if used < self.strictness.clear {
+            return Judgement::Tells(Nothing::Close);
+        }
+        Judgement::Wrong(Box::new(Wrong { comparison, ..wrong }))
+    }
+
+    /// Whether steps of ours take many iterations, or a matrix is nearly singular.
+    fn is_slow(&self, scene: &Scene) -> bool {
+        let mut simulation = Simulation::new(scene);
+        while matches!(simulation.advance(), Ok(true)) {}
+        let statistics = simulation.statistics();
+        statistics.max_newton_iterations > self.strictness.iterations
+            || statistics.conditioning.largest > self.strictness.amplification
+    }
+
+    fn is_ordinary(&self, state: &State) -> bool {
+        let mut values = state.positions.iter().chain(&state.velocities);
+        values.all(|value| value.abs() < self.strictness.large)
+    }
+}
+
+/// Smallest distance of particles between which a force acts, relative to the size of the scene.
+const CLOSEST: f64 = 1e-6;
+
+/// Whether two particles of an element are in one place: in a state, or in the first guess `x + h v` of a step.
+fn is_degenerate(scene: &Scene, states: &[State]) -> bool {
+    let axes = scene.dimension.count();
+    let pairs: Vec<[usize; 2]> = scene
+        .forces
+        .iter()
+        .flat_map(|force| {
+            let others = |end: usize| force.particles.iter().skip(end + 1);
+            (0..force.particles.len())
+                .flat_map(move |end| others(end).map(move |other| [force.particles[end], *other]))
+        })
+        .collect();
+    states.iter().any(|State { positions, velocities, .. }| {
+        let size = positions.iter().fold(0.0_f64, |size, value| size.max(value.abs()));
+        [0.0, scene.time_step].into_iter().any(|h| {
+            pairs.iter().any(|&[i, j]| {
+                let at = |place: usize| positions[place] + h * velocities[place];
+                let away = (0..axes).map(|axis| (at(axes * i + axis) - at(axes * j + axis)).abs());
+                away.fold(0.0, f64::max) <= CLOSEST * size
+            })
+        })
+    })
+}

@@ -86,7 +86,9 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         Failure::GaveUp { .. } => Outcome::Crashed,
         Failure::Skipped(Skipped::TimeOuts { .. } | Skipped::Features { .. }) => Outcome::TimedOut,
         Failure::NotGreeted(failures) => outcome_of_failure(failures.telling()),
-        Failure::Malformed { fault: FormFault::Time { state: 1, found, .. }, .. } => {
+        Failure::Malformed { fault: FormFault::Time { state: 1, found, .. }, .. }
+            if *found > 0.0 =>
+        {
             Outcome::OtherTimes(*found)
         }
         Failure::Malformed { fault, .. } => Outcome::Malformed(fault.to_string()),

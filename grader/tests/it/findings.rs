@@ -81,7 +81,7 @@ fn findings_in(
 fn candidate(words: &str) -> Change {
     let of = |scene: &Scene| {
         let mut all = candidates::of_fixed(scene);
-        all.extend(candidates::of_reading(scene, &[]));
+        all.extend(candidates::of_reading(scene, &[0.01]));
         all.extend(candidates::of_process(scene));
         all.extend(candidates::of_integrator(scene));
         let terms = scene.forces.iter().flat_map(|element| Term::of(element.schema));
@@ -127,6 +127,8 @@ fn changes_are_identified_from_traces() {
         "dF/dx of gravitationalforce has its block j i added to the block i j",
         "the last element of springforce has no effect, in forces alone",
         "springforce takes the initial distance of its particles for l0",
+        "springforce reads k and l0 each as the other",
+        "dt is taken as 0.01 where it is larger",
         "springforce's elastic force takes y_i − x_j for y_i − y_j, in its Jacobians as well",
         "dF/dx of springforce's elastic force has the xx entry of its blocks in the place of the yy entry",
         "springforce's damping has v_i − (v_j.x, v_j.x) in the place of w",

@@ -1029,6 +1029,10 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     add(reading, SceneRule::SingleTimeStep, 2, "dt is rounded to single precision".to_owned());
     for step in time_steps.iter().filter(|step| **step != scene.time_step) {
         add(reading, SceneRule::TimeStep(*step), 2, format!("dt is always taken as {step}"));
+        if *step < scene.time_step {
+            let words = format!("dt is taken as {step} where it is larger");
+            add(reading, SceneRule::TimeStepAtMost(*step), 2, words);
+        }
     }
     if scene.forces.len() > 1 {
         for (last, which) in [(false, "first"), (true, "last")] {
@@ -1159,6 +1163,10 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 }
                 let words = format!("{tag} reads {} in the place of {name}", other.name);
                 add(place, SceneRule::ParameterAs(tag, name, other.name), 2, words);
+                if name < other.name {
+                    let words = format!("{tag} reads {name} and {} each as the other", other.name);
+                    add(whole, SceneRule::Exchanged(tag, [name, other.name]), 2, words);
+                }
             }
         }
     }

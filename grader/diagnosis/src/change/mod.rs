@@ -684,6 +684,8 @@ pub enum SceneRule {
     FirstMass,
     /// The time step is this.
     TimeStep(f64),
+    /// The time step is at most this.
+    TimeStepAtMost(f64),
     /// The time step is rounded to single precision.
     SingleTimeStep,
     /// Initial velocities are zero.
@@ -719,6 +721,8 @@ pub enum SceneRule {
     Parameter(&'static str, &'static str, f64),
     /// A parameter is read as another.
     ParameterAs(&'static str, &'static str, &'static str),
+    /// Two parameters are read each as the other.
+    Exchanged(&'static str, [&'static str; 2]),
     /// Each element has the parameters of the first.
     FirstParameters(&'static str),
     /// An element acts between the particles `edge` and `edge + 1`.

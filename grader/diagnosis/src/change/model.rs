@@ -1132,6 +1132,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             }
         }
         SceneRule::TimeStep(step) => scene.time_step = step,
+        SceneRule::TimeStepAtMost(step) => scene.time_step = scene.time_step.min(step),
         SceneRule::SingleTimeStep => scene.time_step = f64::from(scene.time_step as f32),
         SceneRule::Velocities => {
             scene.particles.iter_mut().for_each(|particle| particle.velocity = [0.0; 3]);
@@ -1183,6 +1184,13 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         SceneRule::ParameterAs(tag, name, other) => {
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 *element.parameter_mut(name) = element.parameter(other);
+            }
+        }
+        SceneRule::Exchanged(tag, [one, other]) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let values = [element.parameter(one), element.parameter(other)];
+                *element.parameter_mut(one) = values[1];
+                *element.parameter_mut(other) = values[0];
             }
         }
         SceneRule::FirstParameters(tag) => {

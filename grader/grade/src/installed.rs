@@ -1,20 +1,20 @@
 //! The scenes, the assignments, the rubric and the oracle that come with the program, for work far from their source.
 //!
 //! They are packed in the program by `build.rs`. The first command that needs them extracts them to a folder of the user,
-//! named by a hash of the pack: `spring-oracle/suite/HASH` in the cache folder (`XDG_CACHE_HOME`, else `~/.cache`), else
-//! `spring-oracle-USER` in the folder of temporary files. A folder appears whole, by renaming. It is compared with the
+//! named by a hash of the pack: `spring-oracle/suite/HASH` in the cache folder (`XDG_CACHE_HOME`, else `~/.cache`, on Windows
+//! `LOCALAPPDATA`), else `spring-oracle-USER` in the folder of temporary files. A folder appears whole, by renaming. It is compared with the
 //! pack each time that it is used, and replaced where it differs, so that no verdict depends on who wrote to it.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use grader::boundary::own_file;
 use grader::suite::hash_bytes;
 use miniz_oxide::inflate::decompress_to_vec_zlib;
+use sandbox::files::{own_folder, temporary, user};
 
 use crate::stop::{Stop, complain};
 
@@ -33,7 +33,9 @@ static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 pub(super) fn cache() -> Option<PathBuf> {
     let absolute =
         |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))
+    let home = || Some(absolute("HOME")?.join(".cache"));
+    // The last one is that of Windows.
+    absolute("XDG_CACHE_HOME").or_else(home).or_else(|| absolute("LOCALAPPDATA"))
 }
 
 /// The folder with the program's own assets/, extracreditassets/ and expected/.
@@ -55,10 +57,10 @@ pub(super) fn folder() -> Result<&'static Path, Stop> {
         ));
     }
     let hash = &hash_bytes(PACK)[..HASH];
-    let temporary = format!("spring-oracle-{}", rustix::process::geteuid().as_raw());
+    let own = temporary().join(format!("spring-oracle-{}", user()));
     let cached = cache().map(|cache| cache.join("spring-oracle/suite"));
     let mut refused = String::new();
-    for home in cached.into_iter().chain([std::env::temp_dir().join(temporary)]) {
+    for home in cached.into_iter().chain([own]) {
         match place(&home, hash, &files) {
             Ok(folder) => {
                 complain(
@@ -106,12 +108,7 @@ fn files(mut pack: &[u8]) -> Option<BTreeMap<&str, &[u8]>> {
 
 /// The folder of this name in `home`, with these files and no others.
 fn place(home: &Path, name: &str, files: &BTreeMap<&str, &[u8]>) -> io::Result<PathBuf> {
-    fs::DirBuilder::new().recursive(true).mode(0o700).create(home)?;
-    let metadata = fs::symlink_metadata(home)?;
-    let is_own = metadata.is_dir() && metadata.uid() == rustix::process::geteuid().as_raw();
-    if !is_own || metadata.mode() & 0o022 != 0 {
-        return Err(io::Error::other("others may write to it"));
-    }
+    own_folder(home)?;
     let folder = home.join(name);
     if holds(&folder, files) {
         return Ok(folder);
@@ -153,7 +150,7 @@ fn count(folder: &Path) -> io::Result<usize> {
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::fs::PermissionsExt;
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
 
     use super::*;
 

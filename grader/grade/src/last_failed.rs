@@ -16,7 +16,7 @@ use crate::output::write_file;
 
 /// The file for a submission, graded on the scenes beside `expected`; `None` without a cache folder.
 pub(super) fn file(submission: Option<&Path>, expected: &Path) -> Option<PathBuf> {
-    let real = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let real = |path: &Path| scene::input::real_path(path).unwrap_or_else(|_| path.to_path_buf());
     let key = format!("{:?} {:?}", submission.map(real), real(expected));
     Some(cache()?.join("spring-oracle/failed").join(hash_bytes(key.as_bytes())))
 }

@@ -12,6 +12,7 @@ mod installed;
 mod submission;
 
 mod actions;
+mod bar;
 mod interrupt;
 mod last_failed;
 mod output;

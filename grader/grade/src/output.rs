@@ -78,14 +78,14 @@ pub(super) fn create_folder(named: &Path, below: impl AsRef<Path>) -> io::Result
 /// # Errors
 /// If there is no such folder.
 pub(super) fn leads_into(path: &Path, folder: &Path) -> io::Result<bool> {
-    let (path, folder) = (std::path::absolute(path)?, fs::canonicalize(folder)?);
+    let (path, folder) = (std::path::absolute(path)?, scene::input::real_path(folder)?);
     let is_inside = |part: &Path| {
         // The part itself may be a link: only the folder that it is in is resolved.
         let parent = part.parent().filter(|_| part.file_name().is_some());
-        let parent = parent.and_then(|parent| fs::canonicalize(parent).ok());
+        let parent = parent.and_then(|parent| scene::input::real_path(parent).ok());
         parent.is_some_and(|parent| parent.starts_with(&folder))
     };
-    let is_there = fs::canonicalize(&path).is_ok_and(|path| path.starts_with(&folder));
+    let is_there = scene::input::real_path(&path).is_ok_and(|path| path.starts_with(&folder));
     Ok(is_there || path.ancestors().any(is_inside))
 }
 

@@ -2,31 +2,19 @@
 
 use std::io::{self, IsTerminal};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use grader::grading::events::{Event, Observer, Task};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::bar::Bar;
 use crate::interrupt::Interrupt;
 use crate::terminal::inert;
-
-/// Interval at which the elapsed time is redrawn.
-const TICK: Duration = Duration::from_millis(200);
 
 /// The progress line; removed from the terminal on drop.
 pub(super) struct Progress {
     /// `None` if no line is shown.
-    bar: Option<ProgressBar>,
+    bar: Option<Bar>,
     state: Mutex<ProgressState>,
     interrupt: Interrupt,
-}
-
-/// A bar for tasks other than grading, if standard error is a terminal.
-pub(super) fn bar(template: &str) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template(template);
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
 }
 
 /// The content of the line.
@@ -50,10 +38,8 @@ impl Progress {
             && variable("TERM") != "dumb"
             && ["", "0", "false"].contains(&variable("CI").as_str());
         let bar = (wanted && is_seen).then(|| {
-            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("[{elapsed_precise}] {wide_msg}");
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-            bar.enable_steady_tick(TICK);
+            let bar = Bar::new("[{elapsed_precise}] {wide_msg}");
+            bar.tick();
             bar
         });
         Self { bar, state: Mutex::default(), interrupt }
@@ -62,14 +48,14 @@ impl Progress {
     /// Shows this text.
     pub(super) fn show(&self, text: &str) {
         if let Some(bar) = &self.bar {
-            bar.set_message(inert(text));
+            bar.say(inert(text));
         }
     }
 
     /// Removes the line, before output.
     pub(super) fn clear(&self) {
         if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+            bar.clear();
         }
     }
 
@@ -83,7 +69,7 @@ impl Observer for Progress {
         let Some(bar) = &self.bar else { return };
         let mut state = self.state();
         state.take(event);
-        bar.set_message(inert(&state.line()));
+        bar.say(inert(&state.line()));
     }
 
     fn is_stopped(&self) -> bool {

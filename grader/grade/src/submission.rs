@@ -27,7 +27,7 @@ impl RunArgs {
         for (name, value) in &self.limit {
             limits.set(name, *value).map_err(Stop::bad_input)?;
         }
-        let absolute = |path: &PathBuf| std::fs::canonicalize(path).map_err(Stop::about(path));
+        let absolute = |path: &PathBuf| scene::input::real_path(path).map_err(Stop::about(path));
         let readable = self.readable.iter().map(absolute).collect::<Result<Vec<_>, _>>()?;
         let sandbox = open_sandbox(self.unprotected, rubric)?;
         for path in &readable {
@@ -192,7 +192,7 @@ pub(super) fn open_handed_in(path: &Path, run: &RunArgs, inputs: &Inputs) -> Res
         )));
     }
     // The folder may be given as a dot.
-    let absolute = std::fs::canonicalize(path).map_err(Stop::bad_input)?;
+    let absolute = scene::input::real_path(path).map_err(Stop::bad_input)?;
     let name = absolute.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let (runner, protections) = run.runner(&inputs.rubric)?;
     check_readable(&runner, &absolute, inputs.opening(run), (&inputs.secrets(), &protections))?;
@@ -237,8 +237,16 @@ pub(super) fn open_program(
         let path = path.display();
         return Err(Stop::bad_input(format!("{path}: file or folder not found")));
     }
+    // Where there is no sandbox, people grade what is theirs; and traces are read, not run.
+    if !Sandbox::IS_OFFERED
+        && opening.pack.is_none()
+        && let Ok(Located::Traces { folder, received }) =
+            Located::of(path, opening.suite, &Sandbox::Unprotected)
+    {
+        return Ok((Submission::Traces { name: path.into(), folder, received }, Vec::new()));
+    }
     let (runner, protections) = opening.run.runner(opening.rubric)?;
-    let absolute = std::fs::canonicalize(path).map_err(Stop::about(path))?;
+    let absolute = scene::input::real_path(path).map_err(Stop::about(path))?;
     check_readable(&runner, &absolute, opening, (secrets, &protections))?;
     match open(path, &path.into(), runner, opening) {
         Ok(submission) => Ok((submission, protections)),
@@ -350,7 +358,7 @@ pub(super) fn check_secrets(
     readable: &[PathBuf],
     protections: &[Protection],
 ) -> Result<(), Stop> {
-    for secret in secrets.iter().filter_map(|secret| std::fs::canonicalize(secret).ok()) {
+    for secret in secrets.iter().filter_map(|secret| scene::input::real_path(secret).ok()) {
         if let Some(folder) = sandbox::revealed_by(&secret, readable) {
             return Err(Stop::bad_input(format!(
                 "{}: the submission may read {}, which contains it\n  help: move one of them, or name \
@@ -359,7 +367,7 @@ pub(super) fn check_secrets(
                 folder.display(),
             )));
         }
-        if protections.contains(&Protection::ClosedFolders) && !is_closed(&secret) {
+        if protections.contains(&Protection::ClosedFolders) && !sandbox::files::is_closed(&secret) {
             let folder = secret.parent().unwrap_or(&secret);
             return Err(Stop::bad_input(format!(
                 "{}: every user can read it, and nothing but closed folders protects files here\n  help: chmod 700 {}",
@@ -369,21 +377,6 @@ pub(super) fn check_secrets(
         }
     }
     Ok(())
-}
-
-/// Whether a folder on the way to this path, or the path itself, is closed to all but its owner and root.
-fn is_closed(path: &Path) -> bool {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt;
-        let is_closed = |part: &Path| part.metadata().is_ok_and(|about| about.mode() & 0o077 == 0);
-        path.ancestors().any(is_closed)
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = path;
-        false
-    }
 }
 
 /// Opens the submission at `path`, called `name` in its class. A defect of the submission becomes its verdict.

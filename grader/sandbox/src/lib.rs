@@ -27,18 +27,20 @@
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
 use std::process::{Child, Command};
 #[cfg(target_os = "linux")]
 use std::sync::Arc;
+#[cfg(unix)]
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+pub mod files;
+mod group;
 mod limits;
-#[cfg(unix)]
 mod plain;
 pub mod scratch;
-#[cfg(unix)]
 mod tree;
 
 #[cfg(target_os = "linux")]
@@ -73,9 +75,11 @@ use starter::Starters;
 use walls::Walls;
 
 /// Number of retries to start a program.
+#[cfg(unix)]
 const BUSY: u32 = 20;
 
 /// Pause before each retry.
+#[cfg(unix)]
 const BUSY_PAUSE: Duration = Duration::from_millis(10);
 
 /// Number of bytes kept from the end of an output.
@@ -85,7 +89,8 @@ pub const TAIL: usize = 4096;
 pub const STARTER: &str = "--sandbox-starter";
 
 /// A program to run, with its files and limits.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
+#[cfg_attr(target_os = "linux", derive(Serialize, Deserialize))]
 pub struct Job {
     /// The program: an absolute path, or a name to look up in the system's folders of programs.
     pub program: PathBuf,
@@ -309,6 +314,9 @@ pub struct Protected {
 }
 
 impl Sandbox {
+    /// Whether this system has any.
+    pub const IS_OFFERED: bool = cfg!(target_os = "linux");
+
     /// The strongest protection that this system grants, with each part tested. `launcher` must be a program that
     /// begins with [`serve`].
     ///
@@ -338,15 +346,7 @@ impl Sandbox {
             Self::Protected(protected) => {
                 supervisor::run(&protected.starters, &protected.walls, job)
             }
-            #[cfg(unix)]
             Self::Unprotected => plain::run(job),
-            #[cfg(not(unix))]
-            Self::Unprotected => {
-                let _ = job;
-                Err(SandboxError(
-                    "programs can be run only on Linux and other Unix systems".to_owned(),
-                ))
-            }
         }
     }
 
@@ -378,6 +378,7 @@ impl Sandbox {
     }
 
     /// The part of a canonical path that programs cannot open, because they run as their own user and others may not read it.
+    #[cfg_attr(not(target_os = "linux"), expect(unused_variables))]
     pub fn closed_part<'a>(&self, path: &'a Path) -> Option<&'a Path> {
         match self {
             #[cfg(target_os = "linux")]
@@ -419,8 +420,7 @@ fn spawn(command: &mut Command) -> io::Result<Child> {
 }
 
 /// Copies the files to keep out of the working directory.
-#[cfg(unix)]
-fn keep(working: std::os::fd::BorrowedFd<'_>, job: &Job) -> Result<(), NotKept> {
+fn keep(working: &tree::Opened, job: &Job) -> Result<(), NotKept> {
     match &job.keep {
         Keep::File(name, to) => tree::copy_file(working, name, to, job.limits.trace),
         Keep::Tree(to) => {
@@ -430,9 +430,14 @@ fn keep(working: std::os::fd::BorrowedFd<'_>, job: &Job) -> Result<(), NotKept> 
                 tree::open_folder(to)
             };
             let to = create().map_err(|error| NotKept::Other(error.to_string()))?;
-            tree::copy(working, &to, bounds, None)
+            tree::copy(working, &to, bounds)
         }
     }
+}
+
+/// The name of a signal, such as `SIGSEGV`, or its number if it has none.
+pub fn signal_name(number: i32) -> String {
+    group::signal_name(number).unwrap_or_else(|| format!("signal {number}"))
 }
 
 /// Runs as a starter or a check if this process was started as one; otherwise returns `None`. Call it

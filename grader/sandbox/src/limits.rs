@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Threads of the keeper, including the one that starts the program.
+#[cfg(target_os = "linux")]
 pub(super) const KEEPER_THREADS: u64 = 3;
 
 /// Largest limit of time, in seconds.

@@ -1,14 +1,12 @@
-//! Run without protection: enforces time and output limits, and kills the process group.
+//! Run without protection: enforces time and output limits, and ends the program with its children.
 
 use std::io::{self, Read};
-use std::os::fd::AsFd;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process_group};
-
-use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, keep, spawn, tree};
+use super::group::{self, Group};
+use super::{End, Exceeded, Job, NotKept, Outcome, Output, SandboxError, keep, tree};
 
 /// The first pause between two polls of a running program; each pause is 1.5 times the last.
 const FIRST_PAUSE: Duration = Duration::from_micros(200);
@@ -27,9 +25,8 @@ pub(super) fn run(job: &Job) -> Result<Outcome, SandboxError> {
     let mut command = Command::new(&job.program);
     command.args(&job.arguments).current_dir(&job.folder);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    let mut child = match spawn(&mut command) {
-        Ok(child) => child,
+    let mut program = match Group::start(command) {
+        Ok(program) => program,
         Err(error) => {
             return Ok(Outcome {
                 end: End::NotStarted(error.to_string()),
@@ -39,10 +36,10 @@ pub(super) fn run(job: &Job) -> Result<Outcome, SandboxError> {
             });
         }
     };
-    let stdout = child.stdout.take().map(read);
-    let stderr = child.stderr.take().map(read);
-    let (stdout, stderr) = (stdout.unwrap_or_default(), stderr.unwrap_or_default());
-    let end = wait(&mut child, job, &stdout, &stderr).map_err(fail)?;
+    let (stdout, stderr) = program.outputs();
+    let stdout = stdout.map(read).unwrap_or_default();
+    let stderr = stderr.map(read).unwrap_or_default();
+    let end = wait(&mut program, job, &stdout, &stderr).map_err(fail)?;
     let deadline = Instant::now() + OUTPUT_PAUSE;
     while Arc::strong_count(&stdout) + Arc::strong_count(&stderr) > 2 && Instant::now() < deadline {
         std::thread::sleep(FIRST_PAUSE);
@@ -50,7 +47,7 @@ pub(super) fn run(job: &Job) -> Result<Outcome, SandboxError> {
     let kept = match end {
         End::Exited(0) => {
             let working = tree::open_folder(&job.folder).map_err(fail)?;
-            keep(working.as_fd(), job)
+            keep(&working, job)
         }
         _ => Err(NotKept::Missing),
     };
@@ -71,12 +68,12 @@ fn read(mut pipe: impl Read + Send + 'static) -> Shared {
     output
 }
 
-fn wait(child: &mut Child, job: &Job, stdout: &Shared, stderr: &Shared) -> io::Result<End> {
+fn wait(program: &mut Group, job: &Job, stdout: &Shared, stderr: &Shared) -> io::Result<End> {
     let started = Instant::now();
     let mut pause = FIRST_PAUSE;
     let total = |output: &Shared| output.lock().unwrap_or_else(PoisonError::into_inner).total;
     loop {
-        let status = child.try_wait()?;
+        let status = program.try_wait()?;
         let exceeded = match () {
             () if started.elapsed().as_secs_f64() > job.limits.wall => Some(Exceeded::Wall),
             () if total(stdout) >= job.limits.stdout => Some(Exceeded::Stdout),
@@ -84,17 +81,11 @@ fn wait(child: &mut Child, job: &Job, stdout: &Shared, stderr: &Shared) -> io::R
             () => tree::exceeded_size(&job.folder, job.limits),
         };
         match (exceeded, status) {
-            (None, Some(status)) => {
-                let signal = std::os::unix::process::ExitStatusExt::signal(&status);
-                let exited = || End::Exited(status.code().unwrap_or(-1));
-                return Ok(signal.map_or_else(exited, End::Signalled));
-            }
+            (None, Some(status)) => return Ok(group::end(status)),
             (None, None) => {}
             (Some(exceeded), status) => {
                 if status.is_none() {
-                    // Its number is not reused before it is waited for.
-                    kill_process_group(Pid::from_child(child), Signal::KILL)?;
-                    child.wait()?;
+                    program.kill()?;
                 }
                 return Ok(End::Exceeded(exceeded));
             }

@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::io::{self, BufRead, BufReader, Write};
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
@@ -345,7 +345,7 @@ impl Run {
             self.end().map_err(fail)?;
         }
         let kept = match (&end, &self.working) {
-            (End::Exited(0), Some(working)) => keep(working.as_fd(), &self.job),
+            (End::Exited(0), Some(working)) => keep(working, &self.job),
             _ => Err(NotKept::Missing),
         };
         // The tmpfs exists as long as the directory is open.

@@ -74,7 +74,7 @@ pub(super) fn enter(walls: &Walls, job: &Job, owner: Option<Owner>) -> Result<()
     let work = root.folder(Path::new(WORK))?;
     let opened = tree::open_folder(&work).map_err(step(WORK))?;
     let bounds = Bounds { bytes: u64::MAX, entries: u64::MAX };
-    tree::copy(input.as_fd(), &opened, bounds, owner).map_err(|error| error.to_string())?;
+    tree::copy_for(input.as_fd(), &opened, bounds, owner).map_err(|error| error.to_string())?;
     let shared = root.folder(Path::new("/tmp/.shm"))?;
     for folder in [&work, &shared] {
         if let Some((user, group)) = owner {

@@ -5,13 +5,11 @@
 //! other ways through the sources.
 
 use std::fmt;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read};
-use std::os::fd::AsFd;
 use std::path::Path;
 
-use rustix::fs::{AtFlags, CWD, FileType, Mode, OFlags, fstat, openat, statat};
-use rustix::path::Arg;
+use sandbox::files::{self, Refused};
 
 use crate::boundary::printed::Untrusted;
 
@@ -87,6 +85,15 @@ pub enum DoorError {
     /// It is not UTF-8; a sheet is not Windows-1252 either.
     #[error("is not text in UTF-8\n  help: save it as UTF-8")]
     NotText,
+}
+
+impl From<Refused> for DoorError {
+    fn from(refused: Refused) -> Self {
+        match refused {
+            Refused::Unreadable(error) => Self::Unreadable(error),
+            Refused::Special(kind) => Self::Special(kind.word()),
+        }
+    }
 }
 
 impl fmt::Display for Limit {
@@ -232,12 +239,12 @@ impl Door {
     pub fn open(self, path: &Path) -> Result<io::Take<File>, DoorError> {
         let resolved;
         let path = if self.follows_links() {
-            resolved = fs::canonicalize(path).map_err(DoorError::Unreadable)?;
+            resolved = scene::input::real_path(path).map_err(DoorError::Unreadable)?;
             &resolved
         } else {
             path
         };
-        Ok(open_regular(CWD, path)?.take(self.facts().limit.bytes()))
+        Ok(open_regular(path)?.take(self.facts().limit.bytes()))
     }
 
     /// The whole text of a file.
@@ -307,35 +314,17 @@ pub(crate) fn windows_1252(byte: u8) -> Option<char> {
     }
 }
 
-/// Opens regular files only: a pipe would block, and opening a device may have side effects. Follows no link at the end of
-/// the path.
-pub(crate) fn open_regular(folder: impl AsFd, path: impl Arg + Copy) -> Result<File, DoorError> {
-    let unreadable = |errno: rustix::io::Errno| DoorError::Unreadable(errno.into());
-    let check = |mode| match FileType::from_raw_mode(mode) {
-        FileType::RegularFile => Ok(()),
-        special => Err(DoorError::Special(word(special))),
-    };
-    check(statat(&folder, path, AtFlags::SYMLINK_NOFOLLOW).map_err(unreadable)?.st_mode)?;
-    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    let file = openat(&folder, path, flags, Mode::empty()).map_err(unreadable)?;
-    check(fstat(&file).map_err(unreadable)?.st_mode)?;
-    Ok(file.into())
-}
-
-/// A kind of entry, with an article.
-pub(crate) fn word(kind: FileType) -> &'static str {
-    match kind {
-        FileType::Symlink => "a link",
-        FileType::Directory => "a folder",
-        FileType::Fifo => "a pipe",
-        FileType::Socket => "a socket",
-        _ => "a device",
-    }
+/// Opens a regular file only, and follows no link at the end of its path.
+pub(crate) fn open_regular(path: &Path) -> Result<File, DoorError> {
+    Ok(files::open_regular(path)?)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
     use std::os::unix::fs::symlink;
+
+    use rustix::fs::{CWD, Mode};
 
     use super::*;
     use crate::boundary::printed::RawUse;

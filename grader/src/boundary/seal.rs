@@ -95,7 +95,7 @@ impl Seal {
     }
 
     fn read(path: &Path) -> io::Result<Self> {
-        let file = open_regular(rustix::fs::CWD, path).map_err(|error| match error {
+        let file = open_regular(path).map_err(|error| match error {
             DoorError::Unreadable(error) => error,
             error => io::Error::other(error),
         })?;

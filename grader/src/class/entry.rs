@@ -6,6 +6,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use sandbox::files::is_executable;
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::printed::steers;
@@ -123,17 +124,13 @@ fn refusal(path: &Path, has_pack: bool) -> Option<&'static str> {
         () if kind.is_symlink() => Some("it is a link"),
         () if kind.is_dir() => None,
         () if !kind.is_file() => Some("it is neither a file nor a folder"),
-        () if has_pack || is_executable(&metadata) => None,
+        () if has_pack || is_executable(path, &metadata) => None,
         () => match Form::of(path) {
             Ok(Form::Archive | Form::Foreign(_)) => None,
             Ok(Form::Program) => Some("it is not executable"),
             _ => Some("it is neither a program nor an archive"),
         },
     }
-}
-
-fn is_executable(metadata: &fs::Metadata) -> bool {
-    std::os::unix::fs::PermissionsExt::mode(&metadata.permissions()) & 0o111 != 0
 }
 
 #[cfg(test)]

@@ -93,11 +93,11 @@ impl Fingerprint {
                 WalkStep::Link(node) => (b"link", node),
             };
             self.part(kind);
-            self.part(if is_itself { b"" } else { node.name.to_bytes() });
+            self.part(if is_itself { b"" } else { node.name.as_encoded_bytes() });
             is_itself = false;
             match &step {
                 WalkStep::File(node) => self.part(node.hash()?.as_bytes()),
-                WalkStep::Link(node) => self.part(node.target()?.to_bytes()),
+                WalkStep::Link(node) => self.part(node.target()?.as_encoded_bytes()),
                 WalkStep::Enter(_) | WalkStep::Leave => {}
             }
             Ok(())

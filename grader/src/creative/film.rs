@@ -1,7 +1,6 @@
 //! The film of a scene, in the same folder.
 
-use std::ffi::{CString, OsStr};
-use std::os::unix::ffi::OsStrExt;
+use std::ffi::OsString;
 use std::path::Path;
 
 use crate::boundary::door::Door;
@@ -23,10 +22,10 @@ pub(super) fn check(place: &Place, scene: &Path) -> Result<String, String> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let path = |name: &CString| Path::new(OsStr::from_bytes(name.to_bytes())).to_path_buf();
+    let path = |name: &OsString| Path::new(name).to_path_buf();
     let names = place.siblings().map_err(|error| error.to_string())?;
     let n_scenes = names.iter().filter(|name| extension(&path(name)) == "xml").count();
-    let films: Vec<&CString> = names.iter().filter(|name| format(&path(name)).is_some()).collect();
+    let films: Vec<&OsString> = names.iter().filter(|name| format(&path(name)).is_some()).collect();
     let own = films.iter().find(|film| path(film).file_stem() == scene.file_stem());
     let only = films.first().filter(|_| films.len() == 1 && n_scenes == 1);
     let Some(film) = own.or(only) else {
@@ -38,7 +37,7 @@ pub(super) fn check(place: &Place, scene: &Path) -> Result<String, String> {
     };
     let (size, head) =
         place.head(film, Door::Film.facts().limit.bytes()).map_err(|error| error.to_string())?;
-    let name = printed::path(film.to_bytes());
+    let name = printed::path(film.as_encoded_bytes());
     let path = path(film);
     if starts_as_film(&path, &head) {
         Ok(format!("{name}, {} KB", size.div_ceil(1000)))

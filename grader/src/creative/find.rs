@@ -5,7 +5,6 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
 use scene::json;
@@ -59,10 +58,10 @@ pub fn find(folder: &Path) -> Result<Vec<Entry>, HandInError> {
 
 fn find_in(folder: &Path, name: &OsStr) -> Vec<Entry> {
     let mut found = Vec::new();
-    let mut add = |path: &[u8], refused: Option<String>| {
+    let mut add = |path: &OsStr, refused: Option<String>| {
         let mut below = PathBuf::from(name);
         if !path.is_empty() {
-            below.push(OsStr::from_bytes(path));
+            below.push(path);
         }
         if refused.is_none() && !is_named_as_scene(&below) {
             return;
@@ -71,10 +70,7 @@ fn find_in(folder: &Path, name: &OsStr) -> Vec<Entry> {
     };
     let walked = HandIn::unchecked(&folder.join(name)).and_then(|hand_in| {
         hand_in.walk_past(&mut |path, step| {
-            let is_named = is_named_as_scene(Path::new(match path {
-                [] => name,
-                path => OsStr::from_bytes(path),
-            }));
+            let is_named = is_named_as_scene(Path::new(if path.is_empty() { name } else { path }));
             match step {
                 Ok(WalkStep::File(_)) => add(path, None),
                 Ok(WalkStep::Link(_)) if is_named => {
@@ -93,7 +89,7 @@ fn find_in(folder: &Path, name: &OsStr) -> Vec<Entry> {
         })
     });
     if let Err(error) = walked {
-        add(b"", Some(error.to_string()));
+        add("".as_ref(), Some(error.to_string()));
     }
     found
 }

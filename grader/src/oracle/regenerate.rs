@@ -390,16 +390,16 @@ impl FolderLocation {
                 Some(parent) if !parent.as_os_str().is_empty() => parent,
                 _ => Path::new("."),
             };
-            return Ok(Self { parent: parent.canonicalize().map_err(at(parent))?, name });
+            return Ok(Self { parent: scene::input::real_path(parent).map_err(at(parent))?, name });
         }
-        let path = folder.canonicalize().map_err(at(folder))?;
+        let path = scene::input::real_path(folder).map_err(at(folder))?;
         if !path.is_dir() {
             return Err(at(folder)(io::ErrorKind::NotADirectory.into()));
         }
         let (Some(parent), Some(name)) = (path.parent(), path.file_name()) else {
             return Err(no_name());
         };
-        let current = std::env::current_dir().and_then(|current| current.canonicalize());
+        let current = std::env::current_dir().and_then(|current| scene::input::real_path(&current));
         if current.is_ok_and(|current| current.starts_with(&path)) {
             return Err(RegenerateError::HoldsCurrent { path: folder.to_path_buf() });
         }
@@ -616,7 +616,10 @@ struct Means {
 
 impl Default for Means {
     fn default() -> Self {
-        Self { exchange_names, remove: |path| fs::remove_dir_all(path) }
+        Self {
+            exchange_names: sandbox::files::exchange_names,
+            remove: |path| fs::remove_dir_all(path),
+        }
     }
 }
 
@@ -652,17 +655,6 @@ fn exchange(
     }
     let _ = staging.keep();
     Ok(remove(aside))
-}
-
-#[cfg(target_os = "linux")]
-fn exchange_names(a: &Path, b: &Path) -> io::Result<()> {
-    use rustix::fs::{CWD, RenameFlags, renameat_with};
-    Ok(renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE)?)
-}
-
-#[cfg(not(target_os = "linux"))]
-fn exchange_names(_: &Path, _: &Path) -> io::Result<()> {
-    Err(io::ErrorKind::Unsupported.into())
 }
 
 pub(super) fn at(path: &Path) -> impl Fn(io::Error) -> RegenerateError + use<> {

@@ -125,7 +125,7 @@ fn leaks(pack: &Pack, graded: Graded<'_>, found: &mut Vec<Finding>) {
     let mut secrets = vec![("the oracle", graded.expected.to_path_buf())];
     secrets.extend(graded.hidden.map(|(_, folder)| ("hidden scenes", folder.to_path_buf())));
     secrets.extend(pack.examples.iter().map(|example| ("an example", example.folder.clone())));
-    let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let real = |path: &Path| scene::input::real_path(path).unwrap_or_else(|_| path.to_path_buf());
     for readable in &pack.readable {
         for (what, secret) in &secrets {
             let secret = real(secret);

@@ -341,7 +341,7 @@ impl Pack {
         let mut readable = Vec::new();
         for each in file.run.readable {
             let path = folder.join(each.as_ref());
-            let real = fs::canonicalize(&path).map_err(|error| {
+            let real = scene::input::real_path(&path).map_err(|error| {
                 invalid(each.span().start, format!("{}: {error}", each.as_ref().display()))
             })?;
             readable.push(real);

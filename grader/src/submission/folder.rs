@@ -192,14 +192,14 @@ pub fn assignment_of(folder: &Path) -> Result<Option<Untrusted>, FolderError> {
 }
 
 fn home_of(folder: &Path) -> PathBuf {
-    fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf())
+    scene::input::real_path(folder).unwrap_or_else(|_| folder.to_path_buf())
 }
 
 impl SubmissionManifest {
     fn read(folder: &Path) -> Result<Self, FolderError> {
         let path = folder.join(MANIFEST);
         let refused = |error| {
-            let error = HandInError::of_door(MANIFEST.as_bytes(), error);
+            let error = HandInError::of_door(MANIFEST, error);
             FolderError::HandIn { path: folder.to_path_buf(), error }
         };
         Self::parse(&Door::Manifest.text(&path).map_err(refused)?, &path)

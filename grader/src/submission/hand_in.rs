@@ -13,20 +13,14 @@
 
 pub(crate) mod place;
 
-use std::ffi::{CStr, CString, OsStr};
-use std::fs::{self, File};
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
 use std::io::{self, Read};
-use std::os::fd::{AsFd, OwnedFd};
-use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
-use rustix::fs::{
-    AtFlags, CWD, Dir, FileType, Mode, OFlags, Stat, fchmod, mkdirat, openat, readlinkat, statat,
-    symlinkat,
-};
-use rustix::io::Errno;
+use sandbox::files::{self, Facts, Folder, Kind};
 
-use crate::boundary::door::{self, Door, DoorError, Limit};
+use crate::boundary::door::{Door, DoorError, Limit};
 use crate::boundary::printed;
 use crate::suite::hash_reader;
 use crate::time::Time;
@@ -114,7 +108,7 @@ pub enum HandInError {
 
 impl HandInError {
     /// Why an entry does not come through its door.
-    pub(crate) fn of_door(path: &[u8], error: DoorError) -> Self {
+    pub(crate) fn of_door(path: impl AsRef<OsStr>, error: DoorError) -> Self {
         let path = shown(path);
         match error {
             DoorError::Unreadable(source) => Self::Unreadable { path, source },
@@ -126,10 +120,7 @@ impl HandInError {
     pub fn is_fault(&self) -> bool {
         match self {
             Self::NotCopied { .. } => true,
-            Self::Unreadable { source, .. } => {
-                let machine = [Errno::MFILE, Errno::NFILE, Errno::NOMEM, Errno::IO];
-                machine.iter().any(|errno| source.raw_os_error() == Some(errno.raw_os_error()))
-            }
+            Self::Unreadable { source, .. } => files::is_of_machine(source),
             _ => false,
         }
     }
@@ -138,8 +129,8 @@ impl HandInError {
 /// A hand-in within the limits.
 pub(crate) struct HandIn {
     /// Its parent folder.
-    parent: OwnedFd,
-    name: CString,
+    parent: Folder,
+    name: OsString,
 }
 
 /// A step of a walk. The entries of each folder come by name.
@@ -156,27 +147,27 @@ pub(crate) enum WalkStep<'a> {
 
 /// A visit of an entry's path and step, or of the reason why it is refused.
 pub(crate) type Visit<'v> =
-    dyn FnMut(&[u8], Result<WalkStep<'_>, HandInError>) -> Result<(), HandInError> + 'v;
+    dyn FnMut(&OsStr, Result<WalkStep<'_>, HandInError>) -> Result<(), HandInError> + 'v;
 
 /// An entry of a hand-in.
 pub(crate) struct HandInNode<'a> {
-    folder: &'a OwnedFd,
+    folder: &'a Folder,
     /// Its name in its folder.
-    pub(crate) name: &'a CStr,
-    /// Its path relative to the hand-in.
-    pub(crate) path: &'a [u8],
-    stat: Stat,
+    pub(crate) name: &'a OsStr,
+    /// Its path relative to the hand-in, with `/` between names on every system.
+    pub(crate) path: &'a OsStr,
+    facts: Facts,
 }
 
 impl HandInNode<'_> {
     /// Whether any user may execute it.
     pub(crate) fn is_executable(&self) -> bool {
-        self.stat.st_mode & 0o111 != 0
+        self.facts.is_executable
     }
 
     /// Its size in bytes.
     pub(crate) fn size(&self) -> u64 {
-        size(&self.stat)
+        self.facts.size
     }
 
     /// The content of a regular file, as far as its size during the walk.
@@ -190,7 +181,7 @@ impl HandInNode<'_> {
     /// Opens a regular file. Yields no more bytes than its size during the walk.
     fn open(&self) -> Result<io::Take<File>, HandInError> {
         let file = open_regular(self.folder, self.name, self.path)?;
-        Ok(file.take(size(&self.stat)))
+        Ok(file.take(self.facts.size))
     }
 
     /// SHA-256 of a regular file, in hexadecimal.
@@ -200,8 +191,8 @@ impl HandInNode<'_> {
     }
 
     /// The target of a link.
-    pub(crate) fn target(&self) -> Result<CString, HandInError> {
-        readlinkat(self.folder, self.name, Vec::new()).map_err(|errno| unreadable(self.path, errno))
+    pub(crate) fn target(&self) -> Result<OsString, HandInError> {
+        self.folder.target(self.name).map_err(|error| unreadable(self.path, error))
     }
 }
 
@@ -213,7 +204,7 @@ pub fn last_changed(path: &Path) -> Result<Option<Time>, HandInError> {
     let mut newest: Option<i64> = None;
     HandIn::open(path)?.walk(&mut |step| {
         if let WalkStep::File(node) = step {
-            newest = newest.max(Some(node.stat.st_mtime));
+            newest = newest.max(Some(node.facts.modified));
         }
         Ok(())
     })?;
@@ -222,10 +213,10 @@ pub fn last_changed(path: &Path) -> Result<Option<Time>, HandInError> {
 
 /// A folder during a walk.
 struct Level {
-    folder: OwnedFd,
-    names: std::vec::IntoIter<CString>,
-    /// Length of its path, in bytes.
-    path: usize,
+    folder: Folder,
+    names: std::vec::IntoIter<OsString>,
+    /// Its path relative to the hand-in.
+    path: OsString,
 }
 
 impl HandIn {
@@ -238,12 +229,12 @@ impl HandIn {
 
     /// A file or folder whose limits a walk checks.
     pub(crate) fn unchecked(path: &Path) -> Result<Self, HandInError> {
-        let unreadable = |source| HandInError::Unreadable { path: shown(b""), source };
+        let unreadable = |source| HandInError::Unreadable { path: shown(""), source };
         let resolved;
         let path = match path.file_name() {
             Some(_) => path,
             None => {
-                resolved = fs::canonicalize(path).map_err(unreadable)?;
+                resolved = scene::input::real_path(path).map_err(unreadable)?;
                 &resolved
             }
         };
@@ -264,12 +255,12 @@ impl HandIn {
     pub(crate) fn walk_past(&self, visit: &mut Visit<'_>) -> Result<(), HandInError> {
         let parent = self.parent.try_clone();
         let folder =
-            parent.map_err(|source| HandInError::Unreadable { path: shown(b""), source })?;
+            parent.map_err(|source| HandInError::Unreadable { path: shown(""), source })?;
         let itself = vec![self.name.clone()].into_iter();
-        let mut levels = vec![Level { folder, names: itself, path: 0 }];
-        let (mut path, mut entries, mut bytes) = (Vec::new(), 0, 0_u64);
+        let mut levels = vec![Level { folder, names: itself, path: OsString::new() }];
+        let (mut entries, mut bytes) = (0, 0_u64);
         while let Some(level) = levels.last_mut() {
-            path.truncate(level.path);
+            let mut path = level.path.clone();
             let Some(name) = level.names.next() else {
                 levels.pop();
                 if !levels.is_empty() {
@@ -281,45 +272,43 @@ impl HandIn {
             let folder = &levels[depth].folder;
             if depth > 0 {
                 if depth > 1 {
-                    path.push(b'/');
+                    path.push("/");
                 }
-                path.extend(name.to_bytes());
+                path.push(&name);
             }
             let mut look = || {
                 if path.len() > MAX_PATH {
                     return Err(HandInError::LongPath { path: shown(&path) });
                 }
-                let stat = statat(folder, &name, AtFlags::SYMLINK_NOFOLLOW)
-                    .map_err(|errno| unreadable(&path, errno))?;
-                let node = HandInNode { folder, name: &name, path: &path, stat };
-                match FileType::from_raw_mode(stat.st_mode) {
-                    FileType::RegularFile => {
-                        bytes = bytes.saturating_add(size(&stat));
+                let facts = folder.facts(&name).map_err(|error| unreadable(&path, error))?;
+                let node = HandInNode { folder, name: &name, path: &path, facts };
+                match facts.kind {
+                    Kind::File => {
+                        bytes = bytes.saturating_add(facts.size);
                         if bytes > MAX_SIZE.bytes() {
                             return Err(HandInError::TooLarge { path: shown(&path) });
                         }
                         Ok((WalkStep::File(node), None))
                     }
-                    FileType::Symlink => Ok((WalkStep::Link(node), None)),
-                    FileType::Directory => {
+                    Kind::Link => Ok((WalkStep::Link(node), None)),
+                    Kind::Folder => {
                         if depth > MAX_DEPTH {
                             return Err(HandInError::TooDeep { path: shown(&path) });
                         }
-                        let inner = openat(folder, &name, FOLDER, Mode::empty())
-                            .map_err(|errno| unreadable(&path, errno))?;
+                        let inner =
+                            folder.folder(&name).map_err(|error| unreadable(&path, error))?;
                         let left = MAX_ENTRIES - entries;
-                        let found =
-                            names(&inner, left).map_err(|errno| unreadable(&path, errno))?;
+                        let found = inner.names(left).map_err(|error| unreadable(&path, error))?;
                         if found.len() > left {
                             return Err(HandInError::TooMany { path: shown(&path) });
                         }
                         entries += found.len();
                         let names = found.into_iter();
-                        let level = Level { folder: inner, names, path: path.len() };
+                        let level = Level { folder: inner, names, path: path.clone() };
                         Ok((WalkStep::Enter(node), Some(level)))
                     }
                     special => {
-                        let error = DoorError::Special(door::word(special));
+                        let error = DoorError::Special(special.word());
                         Err(HandInError::of_door(&path, error))
                     }
                 }
@@ -339,7 +328,7 @@ impl HandIn {
     /// Links are copied as links, and a file with two names as two files.
     pub(crate) fn copy_to(&self, to: &Path) -> Result<(), HandInError> {
         let (base, top) = parent_and_name(to)
-            .map_err(|source| HandInError::NotCopied { path: shown(b""), source })?;
+            .map_err(|source| HandInError::NotCopied { path: shown(""), source })?;
         let mut folders = vec![base];
         self.walk(&mut |step| {
             let Some(folder) = folders.last() else { return Ok(()) };
@@ -348,13 +337,8 @@ impl HandIn {
                 WalkStep::Leave => drop(folders.pop()),
                 WalkStep::Enter(node) => {
                     let name = if is_top { &top } else { node.name };
-                    let made = mkdirat(folder, name, Mode::from_raw_mode(0o755))
-                        .and_then(|()| openat(folder, name, FOLDER, Mode::empty()))
-                        .and_then(|made| {
-                            // Independent of this process's umask.
-                            fchmod(&made, Mode::from_raw_mode(0o755)).map(|()| made)
-                        });
-                    folders.push(made.map_err(|errno| not_copied(&node, errno.into()))?);
+                    let made = folder.make_folder(name);
+                    folders.push(made.map_err(|error| not_copied(&node, error))?);
                 }
                 WalkStep::File(node) => {
                     let name = if is_top { &top } else { node.name };
@@ -362,8 +346,9 @@ impl HandIn {
                 }
                 WalkStep::Link(node) => {
                     let name = if is_top { &top } else { node.name };
-                    symlinkat(&node.target()?, folder, name)
-                        .map_err(|errno| not_copied(&node, errno.into()))?;
+                    folder
+                        .make_link(name, &node.target()?)
+                        .map_err(|error| not_copied(&node, error))?;
                 }
             }
             Ok(())
@@ -371,23 +356,17 @@ impl HandIn {
     }
 }
 
-fn copy_file(node: &HandInNode<'_>, folder: &OwnedFd, name: &CStr) -> Result<(), HandInError> {
+fn copy_file(node: &HandInNode<'_>, folder: &Folder, name: &OsStr) -> Result<(), HandInError> {
     let mut source = node.open()?;
-    let mode = Mode::from_raw_mode(if node.is_executable() { 0o755 } else { 0o644 });
-    let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
-    let mut copy = || {
-        let target = openat(folder, name, flags, mode)?;
-        fchmod(&target, mode)?;
-        io::copy(&mut source, &mut File::from(target))
-    };
+    let mut copy = || io::copy(&mut source, &mut folder.make_file(name, node.is_executable())?);
     copy().map(drop).map_err(|source| not_copied(node, source))
 }
 
 /// The content of a regular file, within a limit.
 fn read_bounded(
-    folder: impl AsFd,
-    name: &CStr,
-    path: &[u8],
+    folder: &Folder,
+    name: &OsStr,
+    path: &OsStr,
     limit: Limit,
 ) -> Result<Vec<u8>, HandInError> {
     let failed = |source| HandInError::Unreadable { path: shown(path), source };
@@ -401,52 +380,27 @@ fn read_bounded(
     }
 }
 
-/// Flags that open a folder without following links.
-const FOLDER: OFlags =
-    OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
-
 /// Opens a regular file.
-fn open_regular(folder: impl AsFd, name: &CStr, path: &[u8]) -> Result<File, HandInError> {
-    door::open_regular(folder, name).map_err(|error| HandInError::of_door(path, error))
+fn open_regular(folder: &Folder, name: &OsStr, path: &OsStr) -> Result<File, HandInError> {
+    folder.file(name).map_err(|refused| HandInError::of_door(path, refused.into()))
 }
 
-/// The names in a folder, sorted; `most + 1` of them if there are more than `most`.
-fn names(folder: &OwnedFd, most: usize) -> rustix::io::Result<Vec<CString>> {
-    let mut names = Vec::new();
-    for entry in Dir::read_from(folder)? {
-        let entry = entry?;
-        if ![c".", c".."].contains(&entry.file_name()) {
-            names.push(entry.file_name().to_owned());
-        }
-        if names.len() > most {
-            break;
-        }
-    }
-    names.sort();
-    Ok(names)
-}
-
-fn parent_and_name(path: &Path) -> io::Result<(OwnedFd, CString)> {
+fn parent_and_name(path: &Path) -> io::Result<(Folder, OsString)> {
     let parent = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC;
-    let folder = openat(CWD, parent, flags, Mode::empty())?;
-    Ok((folder, CString::new(path.file_name().unwrap_or(OsStr::new(".")).as_bytes())?))
-}
-
-fn size(stat: &Stat) -> u64 {
-    u64::try_from(stat.st_size).unwrap_or(0)
+    Ok((Folder::open(parent)?, path.file_name().unwrap_or(OsStr::new(".")).to_owned()))
 }
 
 /// The path for messages.
-fn shown(path: &[u8]) -> String {
-    if path.is_empty() { "the hand-in".to_owned() } else { printed::path(path) }
+fn shown(path: impl AsRef<OsStr>) -> String {
+    let path = path.as_ref();
+    if path.is_empty() { "the hand-in".to_owned() } else { printed::path(path.as_encoded_bytes()) }
 }
 
-fn unreadable(path: &[u8], errno: Errno) -> HandInError {
-    HandInError::Unreadable { path: shown(path), source: errno.into() }
+fn unreadable(path: &OsStr, source: io::Error) -> HandInError {
+    HandInError::Unreadable { path: shown(path), source }
 }
 
 fn not_copied(node: &HandInNode<'_>, source: io::Error) -> HandInError {
@@ -455,7 +409,10 @@ fn not_copied(node: &HandInNode<'_>, source: io::Error) -> HandInError {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
     use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+
+    use rustix::fs::{CWD, Mode};
 
     use super::*;
 
@@ -465,10 +422,9 @@ mod tests {
 
     /// A chain of folders whose path is too long for the system.
     fn nest(folder: &Path, levels: usize) {
-        let mut folder = openat(CWD, folder, FOLDER, Mode::empty()).unwrap();
+        let mut folder = Folder::open(folder).unwrap();
         for _ in 0..levels {
-            mkdirat(&folder, "d", Mode::RWXU).unwrap();
-            folder = openat(&folder, "d", FOLDER, Mode::empty()).unwrap();
+            folder = folder.make_folder("d".as_ref()).unwrap();
         }
     }
 
@@ -523,9 +479,9 @@ mod tests {
         for number in 0..20 {
             File::create(folder.path().join(number.to_string())).unwrap();
         }
-        let inner = openat(CWD, folder.path(), FOLDER, Mode::empty()).unwrap();
-        assert_eq!(names(&inner, 20).unwrap().len(), 20);
-        assert_eq!(names(&inner, 7).unwrap().len(), 8);
+        let inner = Folder::open(folder.path()).unwrap();
+        assert_eq!(inner.names(20).unwrap().len(), 20);
+        assert_eq!(inner.names(7).unwrap().len(), 8);
     }
 
     #[test]

@@ -18,8 +18,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use rustix::fs::CWD;
-
 use crate::boundary::door::open_regular;
 use crate::boundary::own_file;
 use crate::boundary::seal::Seal;
@@ -126,7 +124,7 @@ impl KeptRuns {
     /// How a run ended, if it is kept; its trace is put to `trace`.
     pub(super) fn find(&self, key: &str, trace: &Path) -> Option<KeptEnd> {
         let rest = self.ends().get(key)?.rest.clone();
-        let mut kept = open_regular(CWD, &self.path(key, &rest)).ok()?;
+        let mut kept = open_regular(&self.path(key, &rest)).ok()?;
         // Verifies the copy, which nobody else can change.
         let copy = trace.with_extension("unverified");
         io::copy(&mut kept, &mut File::create(&copy).ok()?).ok()?;
@@ -214,6 +212,7 @@ impl KeptRuns {
 mod tests {
     use std::sync::Arc;
 
+    use rustix::fs::CWD;
     use sandbox::{Limits, NotKept, Sandbox};
 
     use super::*;

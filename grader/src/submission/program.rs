@@ -176,7 +176,7 @@ impl Program {
     pub fn identify(path: &Path, runner: Runner) -> Result<Identified, SandboxError> {
         let name = path.display().to_string().into();
         // An absolute path, because each run has another working directory.
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let path = scene::input::real_path(path).unwrap_or_else(|_| path.to_path_buf());
         let (arguments, format) = (Vec::new(), TraceFormat::Csv);
         let mut program = Self { name, path, arguments, format, runner, copy: None, taken: None };
         // The sandbox's own user may lack permission to read the original.

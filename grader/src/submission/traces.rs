@@ -1,6 +1,5 @@
 //! A folder of traces, `<group>/<scene>.csv` or `.bin`, laid out as the scenes are.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use scene::trace::{self, State, TraceFormat, TraceReader};
@@ -22,7 +21,7 @@ pub(super) fn open(folder: &Path, case: &Case) -> Result<Box<dyn StateSource>, F
 
 /// Whether a link leads out of the folder, for example to the oracle or to another submission.
 fn leads_out(path: &Path, folder: &Path) -> bool {
-    match (fs::canonicalize(path), fs::canonicalize(folder)) {
+    match (scene::input::real_path(path), scene::input::real_path(folder)) {
         (Ok(path), Ok(folder)) => !path.starts_with(folder),
         // Opening a missing file reports it.
         _ => false,

@@ -23,7 +23,7 @@ pub enum RunEnd {
     #[error("ended with exit status {0}")]
     Exited(i32),
     /// By this signal.
-    #[error("killed by {}", signal_name(*.0))]
+    #[error("killed by {}", sandbox::signal_name(*.0))]
     Killed(i32),
     /// The system refused to start the program.
     #[error(
@@ -101,7 +101,7 @@ impl RunEnd {
 
     /// The name of the signal that killed the program.
     pub fn signal(&self) -> Option<String> {
-        if let Self::Killed(number) = self { Some(signal_name(*number)) } else { None }
+        if let Self::Killed(number) = self { Some(sandbox::signal_name(*number)) } else { None }
     }
 
     /// The limit that was exceeded, as `--limit` names it, with its value.
@@ -135,17 +135,6 @@ fn without_trace(file: &str, reason: &NotKept) -> String {
         NotKept::TooLarge(_) => format!("{file} {reason}"),
         _ => format!("ended with exit status 0, but {file} {reason}"),
     }
-}
-
-/// The signal's name, such as `SIGSEGV`, or its number if it has none.
-fn signal_name(number: i32) -> String {
-    #[cfg(unix)]
-    if let Some(signal) = rustix::process::Signal::from_named_raw(number) {
-        let name = format!("{signal:?}");
-        // Some versions of rustix quote the name.
-        return format!("SIG{}", name.trim_matches('"').trim_start_matches("Signal::"));
-    }
-    format!("signal {number}")
 }
 
 /// The end of a program's output: of standard error, else of standard output.

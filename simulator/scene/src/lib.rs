@@ -508,7 +508,7 @@ pub fn is_below(folder: &Path, path: &Path) -> bool {
     let is_named_below =
         path.strip_prefix(folder).is_ok_and(|rest| rest.components().all(is_inside));
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let leads_below = match (folder.canonicalize(), path.canonicalize()) {
+    let leads_below = match (input::real_path(folder), input::real_path(path)) {
         (Ok(folder), Ok(path)) => path.starts_with(folder),
         // It cannot be read either.
         _ => true,

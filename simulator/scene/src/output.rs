@@ -39,7 +39,7 @@ pub fn target(path: &Path) -> io::Result<Option<PathBuf>> {
         return if metadata.is_dir() {
             Err(io::ErrorKind::IsADirectory.into())
         } else if metadata.is_file() {
-            fs::canonicalize(path).map(Some)
+            crate::input::real_path(path).map(Some)
         } else {
             Ok(None)
         };
@@ -48,7 +48,7 @@ pub fn target(path: &Path) -> io::Result<Option<PathBuf>> {
     match fs::read_link(path) {
         Ok(link) => target(&folder.join(link)),
         Err(_) => match path.file_name() {
-            Some(name) => Ok(Some(fs::canonicalize(folder)?.join(name))),
+            Some(name) => Ok(Some(crate::input::real_path(folder)?.join(name))),
             None => Err(io::ErrorKind::InvalidInput.into()),
         },
     }
@@ -84,7 +84,7 @@ impl OutputFile {
         if fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_dir()) {
             return Err(io::ErrorKind::IsADirectory.into());
         }
-        Self::aside(folder_of(path).canonicalize()?.join(name))
+        Self::aside(crate::input::real_path(folder_of(path))?.join(name))
     }
 
     /// A file that replaces what is called `path`, in a folder without links.

@@ -1,6 +1,5 @@
 //! `grade accuracy`: measures error against computing time, of the built-in simulator and of a submission.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -14,9 +13,9 @@ use studies::accuracy::{self, AccuracyConfig, Store, Study, Target};
 use studies::report::accuracy::{csv, html, json, plot, text};
 
 use crate::args::{ReportArgs, RootArgs, RunArgs};
+use crate::bar::Bar;
 use crate::output::{print, put, write_file, written};
 use crate::pages::Pages;
-use crate::progress::bar;
 use crate::stop::{Exit, Stop, complain};
 use crate::submission::open_measured;
 
@@ -98,15 +97,14 @@ impl AccuracyArgs {
             Some(folder) => Some(Store::new(folder, &self.provenance()?)),
             None => None,
         };
-        let bar = bar("{wide_bar} {pos} of {len}, {elapsed}  {msg}");
+        let bar = Bar::new("{wide_bar} {pos} of {len}, {elapsed}  {msg}");
         let mut progress = |what: &str, done: usize, total: usize| {
-            bar.set_length(total as u64);
-            bar.set_position(done as u64);
-            bar.set_message(what.to_owned());
+            bar.advance(done, total);
+            bar.say(what.to_owned());
         };
         let study =
             accuracy::study(targets, submission.as_ref(), config, store.as_ref(), &mut progress);
-        bar.finish_and_clear();
+        bar.clear();
         let study = study.map_err(Stop::bad_input)?;
         if let Some(folder) = &self.results {
             write_results(folder, &study)?;
@@ -179,7 +177,7 @@ impl AccuracyArgs {
         hash.update(own_file::read(&own).map_err(Stop::fault)?);
         if let Some(path) = &self.submission {
             let mut files = Fingerprint::default();
-            let path = fs::canonicalize(path).map_err(Stop::bad_input)?;
+            let path = scene::input::real_path(path).map_err(Stop::bad_input)?;
             files.submission(&path).map_err(Stop::bad_input)?;
             hash.update(files.finish());
         }

@@ -78,10 +78,12 @@ impl ExplainArgs {
 
 /// The scene of this name, or in this file, or the only one that the pattern chooses.
 fn find<'a>(suite: &'a Suite, name: &str) -> Result<&'a Case, Stop> {
-    if let Ok(path) = std::fs::canonicalize(name) {
+    if let Ok(path) = scene::input::real_path(name.as_ref()) {
         let is_it = |case: &&Case| {
             let file = case.files.first();
-            file.is_some_and(|file| std::fs::canonicalize(&file.path).ok().as_ref() == Some(&path))
+            file.is_some_and(|file| {
+                scene::input::real_path(&file.path).ok().as_ref() == Some(&path)
+            })
         };
         if let Some(case) = suite.cases.iter().find(is_it) {
             return Ok(case);

@@ -477,10 +477,8 @@ fn write_below(path: &Path, bytes: &[u8], is_program: bool) -> Result<(), Stop> 
             fs::create_dir_all(folder)?;
         }
         write_bytes(path, bytes)?;
-        #[cfg(unix)]
         if is_program {
-            use std::os::unix::fs::PermissionsExt;
-            fs::set_permissions(path, fs::Permissions::from_mode(0o755))?;
+            sandbox::files::make_executable(path)?;
         }
         Ok(())
     };

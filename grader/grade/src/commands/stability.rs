@@ -13,11 +13,11 @@ use studies::stability::theory::map::Map;
 use studies::stability::{self, Config, StabilityReport};
 
 use crate::args::ReportArgs;
+use crate::bar::Bar;
 use crate::inputs::find_root;
 use crate::installed::refuse_change;
 use crate::output::{put, write_file, written};
 use crate::pages::Pages;
-use crate::progress::bar;
 use crate::stop::{Exit, Stop, complain};
 
 /// Run hard cases and compare with the expected outcomes; compare stability boundaries with theory
@@ -89,17 +89,16 @@ impl StabilityArgs {
         let store = self.resume.as_ref().map(open).transpose()?;
         let selected = selected(&self.only)?;
         let config = Config { quick: self.quick, robust: self.robust };
-        let bar = bar("hard cases {wide_bar} {human_pos} of {human_len}, {eta} left");
+        let bar = Bar::new("hard cases {wide_bar} {human_pos} of {human_len}, {eta} left");
         let trials = stability::run(
             config,
             store.as_ref(),
             |name| selected.contains(name),
             &|done, total| {
-                bar.set_length(total as u64);
-                bar.set_position(done as u64);
+                bar.advance(done, total);
             },
         );
-        bar.finish_and_clear();
+        bar.clear();
         let theory = if self.only.is_empty() {
             stability::against_theory(config)
         } else {

@@ -66,14 +66,15 @@ const OPENING: [&str; 6] = [
 ];
 
 /// Ways to open a file for reading.
-const WAYS: [&str; 8] = [
+const WAYS: [&str; 9] = [
     "fs::read(",
     "fs::read_to_string(",
     "fs::open(",
     "File::open(",
     "File::options(",
     ".read(true)",
-    "openat(",
+    "files::open_regular(",
+    "Folder::open(",
     "from_path(",
 ];
 

@@ -219,7 +219,7 @@ impl Sources {
             let shown = if node.path.is_empty() {
                 printed::path(file.as_bytes())
             } else {
-                printed::path(node.path)
+                printed::path(node.path.as_encoded_bytes())
             };
             seen(&text, language);
             self.add(shown, &text, language);

@@ -1,24 +1,20 @@
 //! A file below a folder, opened without following a link below that folder.
 
-use std::ffi::{CStr, CString};
+use std::ffi::{OsStr, OsString};
 use std::io::Read;
-use std::os::fd::{AsFd, OwnedFd};
-use std::os::unix::ffi::OsStrExt;
 use std::path::{Component, Path};
 
-use rustix::fs::{CWD, Mode, OFlags, openat};
+use sandbox::files::Folder;
 
-use super::{
-    FOLDER, HandInError, MAX_ENTRIES, names, open_regular, read_bounded, shown, unreadable,
-};
+use super::{HandInError, MAX_ENTRIES, open_regular, read_bounded, shown, unreadable};
 use crate::boundary::door::Door;
 
 /// The name of a file, in an open folder.
 #[derive(Debug)]
 pub(crate) struct Place {
-    folder: OwnedFd,
-    name: CString,
-    path: Vec<u8>,
+    folder: Folder,
+    name: OsString,
+    path: OsString,
 }
 
 impl Place {
@@ -28,33 +24,31 @@ impl Place {
     /// If a folder on the way cannot be opened, or is a link; or if the path is absolute or has a `..`.
     pub(crate) fn open(base: &Path, below: &Path) -> Result<Self, HandInError> {
         let base = if base.as_os_str().is_empty() { Path::new(".") } else { base };
-        let folder = openat(CWD, base, FOLDER - OFlags::NOFOLLOW, Mode::empty())
-            .map_err(|errno| unreadable(base.as_os_str().as_bytes(), errno))?;
+        let folder = Folder::open(base).map_err(|error| unreadable(base.as_os_str(), error))?;
         Self::descend(folder, below)
     }
 
     /// The file at the path `below` from the folder that holds this one.
     pub(crate) fn beside(&self, below: &Path) -> Result<Self, HandInError> {
-        let path = below.as_os_str().as_bytes();
+        let path = below.as_os_str();
         let folder = self.folder.try_clone();
         let failed = |source| HandInError::Unreadable { path: shown(path), source };
         Self::descend(folder.map_err(failed)?, below)
     }
 
-    fn descend(mut folder: OwnedFd, below: &Path) -> Result<Self, HandInError> {
-        let path = below.as_os_str().as_bytes();
+    fn descend(mut folder: Folder, below: &Path) -> Result<Self, HandInError> {
+        let path = below.as_os_str();
         let outside = || HandInError::Outside { path: shown(path) };
-        let name = |part: Component<'_>| match part {
-            Component::Normal(name) => CString::new(name.as_bytes()).map_err(|_| outside()),
-            _ => Err(outside()),
-        };
-        let mut parts = below.components().filter(|part| *part != Component::CurDir);
-        let last = name(parts.next_back().ok_or_else(outside)?)?;
-        for part in parts {
-            folder = openat(&folder, &name(part)?, FOLDER, Mode::empty())
-                .map_err(|errno| unreadable(path, errno))?;
+        let mut names = Vec::new();
+        for part in below.components().filter(|part| *part != Component::CurDir) {
+            let Component::Normal(name) = part else { return Err(outside()) };
+            names.push(name);
         }
-        Ok(Self { folder, name: last, path: path.to_vec() })
+        let last = names.pop().ok_or_else(outside)?;
+        for name in names {
+            folder = folder.folder(name).map_err(|error| unreadable(path, error))?;
+        }
+        Ok(Self { folder, name: last.to_owned(), path: path.to_owned() })
     }
 
     /// The content, as much as the door lets through.
@@ -63,15 +57,14 @@ impl Place {
     }
 
     /// The names in its folder, sorted.
-    pub(crate) fn siblings(&self) -> Result<Vec<CString>, HandInError> {
-        names(&self.folder, MAX_ENTRIES).map_err(|errno| unreadable(b"", errno))
+    pub(crate) fn siblings(&self) -> Result<Vec<OsString>, HandInError> {
+        self.folder.names(MAX_ENTRIES).map_err(|error| unreadable("".as_ref(), error))
     }
 
     /// The size and the first bytes of a regular file in its folder.
-    pub(crate) fn head(&self, name: &CStr, bytes: u64) -> Result<(u64, Vec<u8>), HandInError> {
-        let path = name.to_bytes();
-        let failed = |source| HandInError::Unreadable { path: shown(path), source };
-        let file = open_regular(self.folder.as_fd(), name, path)?;
+    pub(crate) fn head(&self, name: &OsStr, bytes: u64) -> Result<(u64, Vec<u8>), HandInError> {
+        let failed = |source| HandInError::Unreadable { path: shown(name), source };
+        let file = open_regular(&self.folder, name, name)?;
         let size = file.metadata().map_err(failed)?.len();
         let mut head = Vec::new();
         file.take(bytes).read_to_end(&mut head).map_err(failed)?;

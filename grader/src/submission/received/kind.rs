@@ -68,12 +68,12 @@ impl FileKind {
             (b"BZh", FileKind::Archive(Archive::Bzip2)),
             (b"\x28\xb5\x2f\xfd", FileKind::Archive(Archive::Zstandard)),
             (b"#!", FileKind::Script),
-            (b"MZ", FileKind::Foreign("Windows")),
-            (b"\xcf\xfa\xed\xfe", FileKind::Foreign("macOS")),
-            (b"\xce\xfa\xed\xfe", FileKind::Foreign("macOS")),
-            (b"\xfe\xed\xfa\xcf", FileKind::Foreign("macOS")),
-            (b"\xca\xfe\xba\xbe\0\0\0\x01", FileKind::Foreign("macOS")),
-            (b"\xca\xfe\xba\xbe\0\0\0\x02", FileKind::Foreign("macOS")),
+            (b"MZ", FileKind::own(cfg!(windows), "Windows")),
+            (b"\xcf\xfa\xed\xfe", FileKind::own(cfg!(target_os = "macos"), "macOS")),
+            (b"\xce\xfa\xed\xfe", FileKind::own(cfg!(target_os = "macos"), "macOS")),
+            (b"\xfe\xed\xfa\xcf", FileKind::own(cfg!(target_os = "macos"), "macOS")),
+            (b"\xca\xfe\xba\xbe\0\0\0\x01", FileKind::own(cfg!(target_os = "macos"), "macOS")),
+            (b"\xca\xfe\xba\xbe\0\0\0\x02", FileKind::own(cfg!(target_os = "macos"), "macOS")),
         ];
         if let Some((_, kind)) = STARTS.iter().find(|(start, _)| head.starts_with(start)) {
             return *kind;
@@ -82,10 +82,9 @@ impl FileKind {
             // Of 64-bit little-endian files: the kind of processor, by the numbers of the ELF specification.
             let machine = head.get(18..20).map(|bytes| u16::from_le_bytes([bytes[0], bytes[1]]));
             return match machine {
-                Some(62) if cfg!(target_arch = "x86_64") => Self::Program,
-                Some(183) if cfg!(target_arch = "aarch64") => Self::Program,
-                Some(62) => Self::Foreign("Linux on x86-64"),
-                Some(183) => Self::Foreign("Linux on Arm"),
+                _ if cfg!(any(windows, target_os = "macos")) => Self::Foreign("Linux"),
+                Some(62) => Self::own(cfg!(target_arch = "x86_64"), "Linux on x86-64"),
+                Some(183) => Self::own(cfg!(target_arch = "aarch64"), "Linux on Arm"),
                 // A 32-bit program may run here, and the system says so if it does not.
                 _ => Self::Program,
             };
@@ -94,6 +93,11 @@ impl FileKind {
             return Self::Archive(Archive::Tar);
         }
         Self::Other
+    }
+
+    /// A program of a system, which may be this one.
+    const fn own(is_this: bool, system: &'static str) -> Self {
+        if is_this { Self::Program } else { Self::Foreign(system) }
     }
 
     /// Whether it is made to be run.

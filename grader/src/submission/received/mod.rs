@@ -10,12 +10,11 @@ pub(crate) mod kind;
 mod unpack;
 
 use std::collections::BTreeMap;
-use std::ffi::OsStr;
 use std::fs;
-use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use sandbox::files::is_executable;
 use sandbox::scratch::{Scratch, scratch_folder};
 use sandbox::{Sandbox, SandboxError};
 
@@ -76,7 +75,7 @@ impl Form {
             return Ok(Self::Folder);
         }
         let head = Door::HandIn.head(path, HEAD);
-        let head = head.map_err(|error| HandInError::of_door(b"", error))?;
+        let head = head.map_err(|error| HandInError::of_door("", error))?;
         Ok(match FileKind::of(&head) {
             FileKind::Archive(_) => Self::Archive,
             FileKind::Foreign(system) => Self::Foreign(system),
@@ -145,9 +144,8 @@ impl Located {
             Form::Folder | Form::Archive => {}
             Form::Foreign(system) => return Ok(Self::Foreign(system)),
             Form::Program | Form::File => {
-                let is_executable = fs::metadata(path).is_ok_and(|metadata| {
-                    std::os::unix::fs::PermissionsExt::mode(&metadata.permissions()) & 0o111 != 0
-                });
+                let is_executable =
+                    fs::metadata(path).is_ok_and(|metadata| is_executable(path, &metadata));
                 return Ok(if is_executable { Self::Program } else { Self::NotExecutable });
             }
         }
@@ -263,9 +261,9 @@ fn list(path: &Path, links: bool) -> Result<Vec<PathBuf>, HandInError> {
             WalkStep::Enter(_) | WalkStep::Leave => None,
         };
         if let Some(node) = node
-            && !node.path.split(|byte| *byte == b'/').any(is_junk)
+            && !node.path.as_encoded_bytes().split(|byte| *byte == b'/').any(is_junk)
         {
-            files.push(PathBuf::from(OsStr::from_bytes(node.path)));
+            files.push(PathBuf::from(node.path));
         }
         Ok(())
     })?;

@@ -10,12 +10,12 @@
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Read, Seek, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use flate2::read::{DeflateDecoder, GzDecoder};
 use rawzip::{CompressionMethod, ZipArchive};
+use sandbox::files::make_executable;
 use sandbox::scratch::scratch_folder;
 use sandbox::{End, Exceeded, Job, Keep, Limits, Sandbox, SandboxError};
 use tar::EntryType;
@@ -58,6 +58,12 @@ const LIMITS: Limits = Limits {
 /// # Errors
 /// If it is no archive that is read, or exceeds a limit; or if it could not be run.
 pub(super) fn unpack(path: &Path, to: &Path, sandbox: &Sandbox) -> Result<(), ReceiveError> {
+    // A page of a browser is a sandbox, and starts no programs.
+    if cfg!(target_family = "wasm") {
+        fs::create_dir(to).map_err(SandboxError::no_scratch)?;
+        HandIn::open(path)?.copy_to(&to.join(ARCHIVE))?;
+        return unpack_in(to).map_err(|error| ReceiveError::NotUnpacked(error.to_string()));
+    }
     let work = scratch_folder().map_err(SandboxError::no_scratch)?;
     let mut program = std::env::current_exe().map_err(SandboxError::no_scratch)?;
     // The sandbox's own user may lack permission to read the original.
@@ -101,7 +107,7 @@ pub fn serve() -> Option<ExitCode> {
     if arguments.next()? != UNPACKER || arguments.next().is_some() {
         return None;
     }
-    Some(match unpack_here() {
+    Some(match unpack_in(Path::new(".")) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let _ = writeln!(io::stderr(), "{error}");
@@ -110,9 +116,9 @@ pub fn serve() -> Option<ExitCode> {
     })
 }
 
-/// Replaces `archive` in the working directory by what it holds, and an archive that is alone in it likewise.
-fn unpack_here() -> io::Result<()> {
-    let mut next = Some(PathBuf::from(ARCHIVE));
+/// Replaces `archive` in a folder by what it holds, and an archive that is alone in it likewise.
+fn unpack_in(folder: &Path) -> io::Result<()> {
+    let mut next = Some(folder.join(ARCHIVE));
     for _ in 0..MAX_NESTED {
         let Some(path) = next else { return Ok(()) };
         let bytes = Door::Archive
@@ -121,7 +127,7 @@ fn unpack_here() -> io::Result<()> {
         fs::remove_file(&path)?;
         let into = path.parent().unwrap_or(Path::new("")).to_path_buf();
         unpack_bytes(&bytes, &into)?;
-        next = archive_alone(Path::new("."))?;
+        next = archive_alone(folder)?;
     }
     Err(io::Error::other(format!("more than {MAX_NESTED} archives inside each other")))
 }
@@ -261,7 +267,7 @@ impl Unpacked<'_> {
             if is_file { about(path, "is below a file") } else { failed(error) }
         })?;
         let mut file =
-            OpenOptions::new().write(true).create_new(true).open(target).map_err(failed)?;
+            OpenOptions::new().write(true).create_new(true).open(&target).map_err(failed)?;
         let mut buffer = [0; 1 << 16];
         let mut is_run = is_executable;
         loop {
@@ -275,7 +281,7 @@ impl Unpacked<'_> {
                 && file.stream_position()? == length as u64;
         }
         if is_run {
-            file.set_permissions(fs::Permissions::from_mode(0o755)).map_err(failed)?;
+            make_executable(&target).map_err(failed)?;
         }
         Ok(())
     }

@@ -521,5 +521,5 @@ fn relative(from: &Path, to: &Path) -> PathBuf {
 
 /// A path without links.
 fn real(path: &Path) -> Result<PathBuf, Stop> {
-    std::fs::canonicalize(path).map_err(Stop::about(path))
+    scene::input::real_path(path).map_err(Stop::about(path))
 }

@@ -16,4 +16,12 @@
   // Each page starts anew: its scripts know one page.
   history.scrollRestoration = "manual";
   addEventListener("hashchange", () => pages.has(asked()) && location.reload());
+  // A frame may not load a page again that another page holds in memory: that page does.
+  if (parent !== window) addEventListener("click", (event) => {
+    const address = event.target.closest("a[href^='#']")?.getAttribute("href").slice(1);
+    if (address === undefined) return;
+    event.preventDefault();
+    if (pages.has(decodeURIComponent(address))) parent.postMessage({ page: decodeURIComponent(address) }, "*");
+    else document.getElementById(address)?.scrollIntoView();
+  });
 }

@@ -18,11 +18,7 @@ use rustix::fs::{
 };
 use rustix::io::{Errno, Result};
 
-/// Prefix of the names of scratch folders.
-pub(crate) const PREFIX: &str = "spring-oracle-";
-
-/// Number of random characters after the prefix.
-const RANDOM: usize = 16;
+use super::{PREFIX, RANDOM};
 
 /// Name of the lock file.
 const LOCK: &str = "lock";
@@ -62,7 +58,7 @@ impl Drop for Scratch {
 
 /// Creates a folder that only this user may read, in the system's folder for temporary files.
 pub fn scratch_folder() -> io::Result<Scratch> {
-    scratch_folder_in(&std::env::temp_dir())
+    scratch_folder_in(&crate::files::temporary())
 }
 
 fn scratch_folder_in(parent: &Path) -> io::Result<Scratch> {
@@ -91,15 +87,9 @@ fn scratch_folder_once(parent: &Path) -> Result<Scratch> {
     Ok(Scratch { path, _lock: lock })
 }
 
-/// Whether a path has the name of a scratch folder.
-#[cfg(target_os = "linux")]
-pub(super) fn is_scratch(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(PREFIX.as_bytes()))
-}
-
 /// Removes the scratch folders of graders that were killed.
-pub(super) fn sweep() {
-    sweep_in(&std::env::temp_dir());
+pub(crate) fn sweep() {
+    sweep_in(&crate::files::temporary());
 }
 
 fn sweep_in(parent: &Path) {
@@ -239,34 +229,6 @@ fn names(folder: &OwnedFd) -> Result<Vec<CString>> {
     Ok(names)
 }
 
-/// The text without the random paths of scratch folders: `/tmp/NAME/scratch/trace.csv` becomes `trace.csv`, and the
-/// folder itself `.`.
-pub fn without_paths(text: &str) -> String {
-    let (mut out, mut rest) = (String::with_capacity(text.len()), text);
-    while let Some(start) = rest.find(PREFIX) {
-        let (before, found) = rest.split_at(start);
-        let after = found[PREFIX.len()..].trim_start_matches(|c: char| c.is_ascii_alphanumeric());
-        if found.len() - after.len() < PREFIX.len() + RANDOM || !before.ends_with('/') {
-            out += before;
-            out += PREFIX;
-            rest = &found[PREFIX.len()..];
-            continue;
-        }
-        let ends_path = |c: char| c.is_whitespace() || "\"'`()[]<>=,:;".contains(c);
-        out += &before[..before
-            .rfind(ends_path)
-            .map_or(0, |place| place + before[place..].chars().next().map_or(1, char::len_utf8))];
-        let inside = ["/scratch", "/folder"].iter().find_map(|name| after.strip_prefix(name));
-        let inside = inside.filter(|inside| !inside.starts_with(|c: char| c.is_alphanumeric()));
-        rest = inside.unwrap_or(after);
-        match rest.strip_prefix('/') {
-            Some(path) if path.starts_with(|c: char| !ends_path(c)) => rest = path,
-            _ => out.push('.'),
-        }
-    }
-    out + rest
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
@@ -364,22 +326,5 @@ mod tests {
         drop(scratch);
         assert!(!path.exists());
         assert!(victim.path().join("kept").exists());
-    }
-
-    #[test]
-    fn paths_of_scratch_folders_are_not_shown() {
-        let at = format!("/tmp/{PREFIX}{}", "a1".repeat(RANDOM / 2));
-        for (text, expected) in [
-            (format!("{at}/scratch/trace.csv:2: bad"), "trace.csv:2: bad"),
-            (format!("File \"{at}/folder/sim.py\", line 1"), "File \"sim.py\", line 1"),
-            (format!("cwd={at}/scratch"), "cwd=."),
-            (format!("in {at}/scratch/ and {at}: no"), "in ./ and .: no"),
-            (format!("{at}/scratchy"), "scratchy"),
-            (format!("é{at}/folder/a\n{at}/folder/b"), "a\nb"),
-            (format!("my {PREFIX}notes"), "my spring-oracle-notes"),
-            (format!("/x/{PREFIX}notes"), "/x/spring-oracle-notes"),
-        ] {
-            assert_eq!(without_paths(&text), expected, "{text}");
-        }
     }
 }

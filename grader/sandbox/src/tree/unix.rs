@@ -1,4 +1,4 @@
-//! Copies files and folders that an untrusted program may have created.
+//! Copies by open folders.
 //!
 //! Names are looked up relative to an open folder and links are not followed, so that no name leads outside. Folders
 //! are traversed with an explicit stack, to a bounded depth.
@@ -12,10 +12,8 @@ use std::path::Path;
 use rustix::fs::{AtFlags, CWD, Dir, FileType, Gid, Mode, OFlags, Stat, Uid};
 use rustix::io::Errno;
 
-use super::{Exceeded, Limits, NotKept};
-
-/// The deepest nesting of folders that is copied.
-const MAX_DEPTH: usize = 100;
+use super::{Bounds, MAX_DEPTH};
+use crate::{Exceeded, Limits, NotKept};
 
 const READ: OFlags =
     OFlags::RDONLY.union(OFlags::NOFOLLOW).union(OFlags::NONBLOCK).union(OFlags::CLOEXEC);
@@ -23,17 +21,11 @@ const READ: OFlags =
 const CREATE: OFlags =
     OFlags::WRONLY.union(OFlags::CREATE).union(OFlags::EXCL).union(OFlags::CLOEXEC);
 
-/// Limits of a copy.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
-    /// Total length of all files, including holes.
-    pub(super) bytes: u64,
-    /// Files, folders and links.
-    pub(super) entries: u64,
-}
+/// An open folder.
+pub(crate) type Opened = OwnedFd;
 
 /// User and group of a copy.
-pub(super) type Owner = (Uid, Gid);
+pub(crate) type Owner = (Uid, Gid);
 
 impl NotKept {
     fn io(error: impl Into<io::Error>) -> Self {
@@ -42,17 +34,12 @@ impl NotKept {
 }
 
 /// Opens a folder.
-pub(super) fn open_folder(path: &Path) -> io::Result<OwnedFd> {
+pub(crate) fn open_folder(path: &Path) -> io::Result<OwnedFd> {
     Ok(rustix::fs::openat(CWD, path, READ | OFlags::DIRECTORY, Mode::empty())?)
 }
 
 /// Copies the regular file `name` of a folder, which must have no second name, to `to`.
-pub(super) fn copy_file(
-    folder: BorrowedFd<'_>,
-    name: &str,
-    to: &Path,
-    most: u64,
-) -> Result<(), NotKept> {
+pub(crate) fn copy_file(folder: &Opened, name: &str, to: &Path, most: u64) -> Result<(), NotKept> {
     let stat = match rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW) {
         Err(Errno::NOENT) => return Err(NotKept::Missing),
         stat => stat.map_err(NotKept::io)?,
@@ -84,10 +71,15 @@ fn copy_bytes(from: OwnedFd, to: OwnedFd, most: u64) -> Result<(), NotKept> {
     Ok(())
 }
 
+/// The same as [`copy_for`], to this user.
+pub(crate) fn copy(from: &Opened, to: &Opened, bounds: Bounds) -> Result<(), NotKept> {
+    copy_for(from.as_fd(), to, bounds, None)
+}
+
 /// Copies the content of a folder into an empty one: regular files (each name separately), folders and links. Skips
 /// other kinds of files. Files get the mode 644, or 755 if executable or an ELF file: where programs cannot change modes,
 /// a linker's result is not executable.
-pub(super) fn copy(
+pub(crate) fn copy_for(
     from: BorrowedFd<'_>,
     to: &OwnedFd,
     bounds: Bounds,
@@ -182,7 +174,7 @@ fn copy_entry(
 }
 
 /// The limit that the content of a folder exceeds, if any.
-pub(super) fn exceeded_size(folder: &Path, limits: Limits) -> Option<Exceeded> {
+pub(crate) fn exceeded_size(folder: &Path, limits: Limits) -> Option<Exceeded> {
     let (bytes, entries) = usage(folder);
     match () {
         () if bytes >= limits.trace => Some(Exceeded::Trace),
@@ -206,7 +198,7 @@ fn usage(folder: &Path) -> (u64, u64) {
 }
 
 /// Changes the owner of a folder and its content.
-pub(super) fn change_owner(folder: &Path, (user, group): Owner) -> io::Result<()> {
+pub(crate) fn change_owner(folder: &Path, (user, group): Owner) -> io::Result<()> {
     let mut given = Ok(());
     walk(folder, |folder, name, _| {
         let chown =

@@ -1,0 +1,134 @@
+"use strict";
+
+// Checks of the page that grades in a browser, opened as a file; ci/web.sh calls it with the path of Chromium.
+const assert = require("node:assert/strict");
+const { execFileSync } = require("node:child_process");
+const fs = require("node:fs");
+const path = require("node:path");
+const { pathToFileURL } = require("node:url");
+const { chromium } = require("playwright-core");
+const axe = require("axe-core");
+
+const root = path.resolve(__dirname, "../..");
+const work = path.join(root, "target/browser/web");
+const SCENE = "SpringDamping/shearing-triangle-linearized";
+// Seconds from the drop to the verdict, on a machine that does nothing else.
+const SOON = Number(process.env.WEB_SECONDS ?? 2);
+
+/* The oracle's traces, and the same with one wrong number. */
+function submissions() {
+  fs.rmSync(work, { recursive: true, force: true });
+  const copy = (name) => {
+    const folder = path.join(work, name);
+    fs.cpSync(path.join(root, "expected"), folder, { recursive: true, filter: (file) => !file.endsWith(".toml") });
+    return folder;
+  };
+  const [right, wrong] = ["right", "wrong"].map(copy);
+  const file = path.join(wrong, `${SCENE}.csv`);
+  const lines = fs.readFileSync(file, "utf8").split("\n");
+  const numbers = lines[18].split(",");
+  numbers[6] = String(Number(numbers[6]) + 1e-6);
+  lines[18] = numbers.join(",");
+  fs.writeFileSync(file, lines.join("\n"));
+  const zip = path.join(work, "right.zip");
+  execFileSync("python3", ["-m", "zipfile", "-c", zip, ...fs.readdirSync(right)], { cwd: right });
+  fs.writeFileSync(path.join(work, "notes.txt"), "no trace\n");
+  fs.writeFileSync(path.join(work, "cut.csv"), "step,time\n");
+  fs.writeFileSync(path.join(work, "hostile.zip"), "PK\x03\x04 broken <img src=x onerror=alert(1)>");
+  return { right, wrong, zip, single: file };
+}
+
+async function main(executable) {
+  const { right, wrong, zip, single } = submissions();
+  const browser = await chromium.launch({ executablePath: executable, args: ["--no-sandbox"] });
+  const context = await browser.newContext({ viewport: { width: 1200, height: 1000 } });
+  const page = await context.newPage();
+  const problems = [];
+  page.on("console", (message) => message.type() === "error" && problems.push(message.text()));
+  page.on("pageerror", (error) => problems.push(error.message));
+  page.on("request", (request) => {
+    if (!/^(file|blob|data):/.test(request.url())) problems.push(`request: ${request.url()}`);
+  });
+  const began = Date.now();
+  await page.goto(pathToFileURL(path.join(root, "target/web/index.html")).href);
+  const reached = (state, time = 60_000) => page.waitForSelector(`html[data-state="${state}"]`, { state: "attached", timeout: time });
+  await reached("ready");
+  console.log(`web: ready after ${((Date.now() - began) / 1000).toFixed(1)} s`);
+  const times = {};
+  const seconds = () => page.evaluate(() => Number(document.documentElement.dataset.seconds));
+  const choose = async (input, files, state) => {
+    await page.evaluate(() => { document.documentElement.dataset.state = "asked"; });
+    await page.setInputFiles(`#${input}`, files);
+    await reached(state);
+  };
+  const shot = (name) => page.screenshot({ path: path.join(work, `${name}.png`) });
+
+  // Play: all of the suite, then an assignment.
+  await choose("folder", right, "passed");
+  times.all = await seconds();
+  await page.evaluate(() => { document.documentElement.dataset.state = "asked"; });
+  await page.selectOption("#assignment", "t1m3");
+  await reached("passed");
+  times.t1m3 = await seconds();
+  await shot("passed");
+  await choose("files", zip, "passed");
+  times.zip = await seconds();
+  assert.ok(times.t1m3 < SOON, `t1m3: ${times.t1m3} s`);
+
+  // A wrong trace: the report of the program, as text and as a page with motion.
+  await choose("folder", wrong, "failed");
+  times.wrong = await seconds();
+  const text = await page.textContent("#text");
+  assert.match(text, new RegExp(SCENE));
+  const report = await (await page.$("#page")).contentFrame();
+  await report.waitForSelector("h1");
+  await shot("failed");
+  await report.click(`a[href*="${SCENE.split("/")[1]}"]`);
+  await page.waitForTimeout(500);
+  const inner = await (await page.$("#page")).contentFrame();
+  await inner.waitForSelector("canvas");
+  await inner.click("canvas");
+  await page.keyboard.press("k");
+  await shot("scene");
+
+  // One trace.
+  await choose("files", single, "failed");
+  assert.match(await page.textContent("#text"), new RegExp(SCENE.split("/")[1]));
+
+  // Wrong files: each is refused in words.
+  for (const [name, words] of [["notes.txt", /no submission|no trace/], ["cut.csv", /No scene has this name/], ["hostile.zip", /archive/]]) {
+    await choose("files", path.join(work, name), "refused");
+    assert.match(await page.textContent("#refused"), words, name);
+  }
+  await shot("refused");
+
+  // Drop.
+  await page.evaluate(() => { document.documentElement.dataset.state = "asked"; });
+  const bytes = fs.readFileSync(zip).toString("base64");
+  await page.evaluate((digits) => {
+    const data = new DataTransfer();
+    data.items.add(new File([Uint8Array.from(atob(digits), (digit) => digit.charCodeAt(0))], "right.zip"));
+    document.getElementById("drop").dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+  }, bytes);
+  await reached("passed");
+
+  // Keyboard, and a phone.
+  await page.focus("#assignment");
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "choose-folder");
+  await page.setViewportSize({ width: 360, height: 740 });
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+  assert.ok(wide <= 0, `wider than a phone by ${wide} px`);
+  await shot("phone");
+  await page.evaluate(axe.source);
+  const { violations } = await page.evaluate(() => axe.run(document.body, { iframes: false }));
+  assert.deepEqual(violations.map(({ id }) => id), []);
+  assert.deepEqual(problems, []);
+  await browser.close();
+  console.log(`web: passed; seconds from the files to the report: ${JSON.stringify(times)}`);
+}
+
+main(process.argv[2]).catch((error) => {
+  console.error(error);
+  process.exit(1);
+});

@@ -1,0 +1,38 @@
+# For other scripts: `cross COMMAND TARGET ARGUMENTS…` calls cargo for another system. Where rustup has the target, it is
+# used; otherwise Debian's rustc-web builds the standard library from rust-web-src.
+
+TARGETS=(x86_64-pc-windows-gnu aarch64-apple-darwin aarch64-unknown-linux-gnu wasm32-unknown-unknown wasm32-wasip1)
+
+# Artefacts of another compiler stay apart.
+CROSS_FOLDER=${CROSS_FOLDER:-target/cross}
+
+export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=${CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER:-aarch64-linux-gnu-gcc}
+export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=${CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER:-qemu-aarch64 -L /usr/aarch64-linux-gnu}
+
+cross() {
+    local command=$1 target=$2
+    shift 2
+    local flags=() tools=
+    # A page without WASI has no system, and so no random numbers.
+    [ "$target" != wasm32-unknown-unknown ] || flags=(--cfg 'getrandom_backend="unsupported"')
+    if rustc -vV | grep -qx "host: $target" || rustup target list --installed 2>/dev/null | grep -qx "$target"; then
+        RUSTFLAGS="${flags[*]}" cargo "$command" --locked --quiet --target "$target" "$@"
+        return
+    fi
+    case $target in
+    wasm32-wasip1)
+        # Debian's C library of WASI, in the place of the one that rustup brings.
+        local clang
+        tools=$PWD/$CROSS_FOLDER/tools
+        clang=$(compgen -c clang- | sort -V | grep -m1 -E '^clang-[0-9]+$')
+        mkdir -p "$tools"
+        "$clang" --target=wasm32-wasi -isystem /usr/include/wasm32-wasi -Os -c web/compat.c -o "$tools/compat.o"
+        printf '#!/bin/sh\nexec %s "$@" %s\n' "$(PATH=${PATH#$tools:} command -v wasm-ld)" "$tools/compat.o" >"$tools/wasm-ld"
+        chmod +x "$tools/wasm-ld"
+        flags=(-C linker-flavor=wasm-ld -C linker=wasm-ld -C link-self-contained=no
+            -C link-arg=-L/usr/lib/wasm32-wasi -C link-arg=/usr/lib/wasm32-wasi/crt1-command.o) ;;
+    esac
+    PATH=${tools:+$tools:}$PATH RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc RUSTFLAGS="${flags[*]}" CARGO_TARGET_DIR=$CROSS_FOLDER \
+        CARGO_PROFILE_RELEASE_PANIC=abort CARGO_PROFILE_DIST_PANIC=abort CARGO_PROFILE_DEV_PANIC=abort \
+        /usr/bin/cargo "$command" --locked --quiet --target "$target" -Zbuild-std=std,panic_abort "$@"
+}

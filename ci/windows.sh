@@ -1,0 +1,91 @@
+#!/usr/bin/env bash
+# Builds both programs for Windows and runs them under Wine: traces, archives, programs, limits, pages, paths, line ends.
+# Needs gcc-mingw-w64-x86-64, wine, and the target of rustup or rustc-web, cargo-web and rust-web-src.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. ci/cross.sh
+
+target=x86_64-pc-windows-gnu
+if ! command -v wine >/dev/null || ! command -v x86_64-w64-mingw32-gcc >/dev/null; then
+    echo "windows: skipped: wine or gcc-mingw-w64-x86-64 is not installed"
+    exit 0
+fi
+echo "+ cargo build --target $target"
+cross build $target --release --bin grade --bin simulate
+built=target/$target/release
+[ -x $built/grade.exe ] || built=$CROSS_FOLDER/$target/release
+
+work=$PWD/target/windows
+rm -rf "$work"
+mkdir -p "$work/bin" "$work/my work"
+cp "$built/grade.exe" "$built/simulate.exe" "$work/bin"
+x86_64-w64-mingw32-gcc -O1 -shared -o "$work/bin/bcryptprimitives.dll" ci/windows/prng.c -ladvapi32
+x86_64-w64-mingw32-gcc -O1 -o "$work/bin/hangs.exe" ci/windows/hangs.c
+export WINEARCH=win64 WINEPREFIX=$work/prefix WINEDEBUG=-all
+wineboot --init >/dev/null 2>&1
+repository=$PWD
+cd "$work/my work"
+grade() { wine ../bin/grade.exe "$@"; }
+simulate() { wine ../bin/simulate.exe "$@"; }
+
+# Submissions: the oracle's traces; the same with one wrong number, and with line ends of Windows; a zip.
+cp -r "$repository/expected" right
+rm right/*.toml
+cp -r right wrong
+scene=SpringDamping/shearing-triangle-linearized
+sed -i '19s/\.\([0-9]\)[0-9]/.\199/' wrong/$scene.csv
+cp -r right crlf
+sed -i 's/$/\r/' crlf/$scene.csv
+(cd right && python3 -m zipfile -c ../right.zip ./*)
+cp "$repository/assets/$scene.xml" scene.xml
+sed 's/$/\r/' scene.xml >crlf.xml
+echo text >notes.txt
+
+count=0
+# check STATUS PATTERN COMMAND…: the exit status, and a line that is printed.
+check() {
+    local status=$1 pattern=$2 got=0
+    shift 2
+    "$@" >out.txt 2>&1 </dev/null || got=$?
+    if [ "$got" != "$status" ] || ! grep -aqE -- "$pattern" out.txt; then
+        echo "windows: failed: $*: status $got instead of $status, or no \"$pattern\" in:"
+        tail -30 out.txt
+        exit 1
+    fi
+    count=$((count + 1))
+    echo "  ok  ${*/\/*\/bin\//}"
+}
+
+check 0 '^grade [0-9.]+' grade --version
+check 0 '^simulate [0-9.]+' simulate --version
+check 0 '' simulate scene.xml -o trace.csv
+check 0 '' cmp trace.csv "right/$scene.csv"
+check 0 '' simulate crlf.xml -o crlf.csv
+check 0 '' cmp crlf.csv "right/$scene.csv"
+check 0 '' simulate scene.xml -o trace.bin --plot plot.svg --film film.gif
+check 1 'line 2|:2:' simulate notes.txt
+check 0 'All passed|Required' grade right
+check 0 'All passed|Required' grade right --assignment t1m3
+check 0 'All passed|Required' grade right.zip --assignment t1m3
+check 0 'All passed|Required' grade crlf --assignment t1m3
+check 0 'All passed|Required' grade 'right\' --assignment t1m3
+check 1 "$scene" grade wrong --assignment t1m3 --html report.html --report json=report.json --report junit=report.xml
+check 0 '<template' grep -a '<template' report.html
+check 1 "$scene" grade wrong --assignment t1m3 --html pages
+check 0 '' test -f pages/index.html
+check 0 'step' grade explain $scene wrong
+check 2 'no submission|not executable' grade notes.txt
+check 2 'not found' grade nothing
+check 2 'unprotected' grade '..\bin\simulate.exe' --assignment t1m3
+check 0 'All passed|Required' grade '..\bin\simulate.exe' --unprotected --assignment t1m3
+check 0 'All passed|Required' grade ../bin/simulate.exe --unprotected --only SpringDamping
+check 0 't1m3' grade assignments
+check 0 '' grade init python skeleton
+check 0 'submission.toml' ls skeleton
+check 0 'Register-ArgumentCompleter' grade completions powershell
+check 2 'protection' grade protection
+# The program and its child end at the limit of time.
+ALIVE=C:\\alive check 1 'time|limit' grade ../bin/hangs.exe --unprotected --only Spring --limit wall=1
+sleep 7
+check 1 '' test -e "$WINEPREFIX/drive_c/alive"
+echo "windows: $count commands ran under $(wine --version)"

@@ -4,6 +4,9 @@
  * Nothing unwinds across this interface. A callback reports a failure by a return value other than 0:
  *   SO_UNDEFINED  the function has no value at x: the point is left out
  *   SO_FAILED     the check ends, and returns SO_FAILED
+ * An exception that leaves a callback ends the process, with a message; spring_oracle.hpp catches exceptions. A callback that leaves
+ * by longjmp leaves its check behind, with its memory: the next check on that thread does nothing and returns SO_JUMPED. So does a
+ * check that a callback calls.
  * All functions may be called from several threads at a time.
  */
 #ifndef SPRING_ORACLE_H
@@ -18,7 +21,7 @@ extern "C" {
 
 #define SO_VERSION "0.1.0"
 
-enum { SO_OK = 0, SO_UNDEFINED = 1, SO_FAILED = 2, SO_INVALID = 3, SO_FAULT = 4 };
+enum { SO_OK = 0, SO_UNDEFINED = 1, SO_FAILED = 2, SO_INVALID = 3, SO_FAULT = 4, SO_JUMPED = 5 };
 
 typedef enum { SO_CORRECT = 0, SO_WRONG = 1, SO_INCONCLUSIVE = 2 } so_verdict;
 
@@ -71,7 +74,8 @@ typedef struct {
 const char *so_version(void);
 
 /* Check a Jacobian at x (which may be NULL if there is a box). options may be NULL. Return SO_OK if there is a report, whatever
- * it says; SO_FAILED if a callback failed; SO_INVALID for a null pointer, or for neither a point nor a box; SO_FAULT for a defect of the library. */
+ * it says; SO_FAILED if a callback failed; SO_INVALID for a null pointer, or for neither a point nor a box; SO_FAULT for a defect of the library;
+ * SO_JUMPED if an earlier callback on this thread never returned. */
 int so_check_jacobian(so_function f, so_jacobian jacobian, size_t n, size_t m, const double *x, const so_options *options,
                       so_report *report);
 int so_check_sparse(so_function f, so_sparse jacobian, size_t n, size_t m, const double *x, const so_options *options,

@@ -3,7 +3,8 @@
 //   auto report = spring_oracle::check_jacobian(f, jacobian, x);   // any callables; dense, sparse or of fixed size
 //   if (!report.correct()) std::cerr << report << '\n';
 //
-// An exception of a callback ends the check and is thrown again by it. A callback must not leave by longjmp.
+// An exception of a callback ends the check and is thrown again by it. After a callback that left by longjmp, the next check
+// throws. spring_oracle_catch2.hpp and spring_oracle_gtest.hpp are matchers for unit tests.
 #ifndef SPRING_ORACLE_HPP
 #define SPRING_ORACLE_HPP
 
@@ -35,6 +36,8 @@ struct Options {
 struct Report : so_report {
     bool correct() const { return verdict == SO_CORRECT; }
     bool wrong() const { return verdict == SO_WRONG; }
+    /// What the error looks like; empty if nothing is wrong.
+    std::string looks() const { return likeness; }
 };
 
 inline std::ostream& operator<<(std::ostream& out, const Report& report) { return out << report.text; }
@@ -125,6 +128,7 @@ Report check_jacobian(F&& f, J&& jacobian, const Eigen::VectorXd& x, const Optio
     else
         status = so_check_jacobian(&Calls::value, &Calls::dense, n, m, x.data(), &given, &report);
     if (calls.failure) std::rethrow_exception(calls.failure);
+    if (status == SO_JUMPED) throw std::runtime_error("spring_oracle: a callback of an earlier check left by longjmp, or calls a check");
     if (status != SO_OK) throw std::runtime_error("spring_oracle: the check failed with status " + std::to_string(status));
     return report;
 }
@@ -141,6 +145,8 @@ Report check_gradient(E&& energy, G&& gradient, const Eigen::VectorXd& x, const 
 struct ForceReport {
     Report energy, by_position, by_velocity;
     bool correct() const { return energy.correct() && by_position.correct() && by_velocity.correct(); }
+    bool wrong() const { return energy.wrong() || by_position.wrong() || by_velocity.wrong(); }
+    std::string looks() const { return energy.looks() + '\n' + by_position.looks() + '\n' + by_velocity.looks(); }
 };
 
 inline std::ostream& operator<<(std::ostream& out, const ForceReport& report) {

@@ -2,7 +2,8 @@
 //! C++ with Eigen.
 //!
 //! This is the one crate with unsafe code: it reads the pointers that a caller in C passes, and calls the caller's functions.
-//! No panic leaves it (`catch_unwind`), and no exception may enter it: the C++ header catches those of callbacks.
+//! No panic leaves it (`catch_unwind`), and no exception may enter it: the C++ header catches those of callbacks. An exception
+//! that enters it all the same ends the process, with a message; a callback that left by `longjmp` is reported by the next check.
 
 use std::ffi::{CStr, c_char, c_double, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -17,12 +18,23 @@ const UNDEFINED: c_int = 1;
 const FAILED: c_int = 2;
 const INVALID: c_int = 3;
 const FAULT: c_int = 4;
+const JUMPED: c_int = 5;
 
-type CFunction = unsafe extern "C" fn(*const c_double, *mut c_double, *mut c_void) -> c_int;
+thread_local! {
+    /// Whether a callback is running, or has left without returning.
+    static CALLING: Cell<bool> = const { Cell::new(false) };
+}
+
+type CFunction = unsafe extern "C-unwind" fn(*const c_double, *mut c_double, *mut c_void) -> c_int;
 type CAdd = unsafe extern "C" fn(usize, usize, c_double, *mut c_void);
-type CSparse = unsafe extern "C" fn(*const c_double, CAdd, *mut c_void, *mut c_void) -> c_int;
-type CProduct =
-    unsafe extern "C" fn(*const c_double, *const c_double, *mut c_double, *mut c_void) -> c_int;
+type CSparse =
+    unsafe extern "C-unwind" fn(*const c_double, CAdd, *mut c_void, *mut c_void) -> c_int;
+type CProduct = unsafe extern "C-unwind" fn(
+    *const c_double,
+    *const c_double,
+    *mut c_double,
+    *mut c_void,
+) -> c_int;
 
 /// `so_factor`.
 #[repr(C)]
@@ -73,6 +85,28 @@ pub struct CReport {
 pub extern "C" fn so_version() -> *const c_char {
     const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
     VERSION.as_ptr().cast()
+}
+
+/// Lives while a callback runs. It is dropped by an exception alone, which this crate cannot catch.
+struct Calling;
+
+impl Drop for Calling {
+    #[expect(clippy::print_stderr, reason = "the process ends, and nobody else can say why")]
+    fn drop(&mut self) {
+        eprintln!(
+            "spring_oracle: a callback threw an exception: catch it there, and return SO_FAILED"
+        );
+    }
+}
+
+/// Calls back. A callback that leaves by `longjmp` leaves the mark of a call behind.
+fn call_back(callback: &mut dyn FnMut() -> c_int) -> c_int {
+    CALLING.set(true);
+    let calling = Calling;
+    let status = callback();
+    std::mem::forget(calling);
+    CALLING.set(false);
+    status
 }
 
 /// A Jacobian as the caller computes it.
@@ -159,6 +193,9 @@ unsafe fn run(
     report: *mut CReport,
 ) -> c_int {
     let (Some(f), Some(given), false) = (f, given, report.is_null()) else { return INVALID };
+    if CALLING.replace(false) {
+        return JUMPED;
+    }
     // SAFETY: a pointer that is not null is valid, by the caller's promise.
     let options = unsafe { options.as_ref() };
     // SAFETY: the same.
@@ -168,7 +205,7 @@ unsafe fn run(
     let call = {
         let failed = Rc::clone(&failed);
         move |callback: &mut dyn FnMut() -> c_int| {
-            let status = if failed.get() { UNDEFINED } else { callback() };
+            let status = if failed.get() { UNDEFINED } else { call_back(callback) };
             failed.set(failed.get() || !matches!(status, OK | UNDEFINED));
             status == OK
         }

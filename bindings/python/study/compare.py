@@ -3,9 +3,9 @@
     python compare.py --markdown ../../../docs/functions.md     # rewrites the table between its marks; some ten minutes
 
 Each check gets what its user would give it. Ours: the box of the arguments. The others: three points drawn from it, at their
-defaults, and at the step that serves them best over all cases. scipy's check_grad and JAX's check_grads are run as they are, if
-they are installed. torch's gradcheck is run by its published method (central differences, |a − n| ≤ atol + rtol |n|), since its
-package brings several gigabytes.
+defaults, and at the step that serves them best over all cases. Each is run as it is published, if it is installed: torch, scipy, JAX, and
+Ceres by ceres.cpp (`g++ -O2 -shared -fPIC -I/usr/include/eigen3 ceres.cpp -o libceres_check.so -lceres -lglog`, in this folder). Rows
+of the table that were not measured again are kept: `--peers NAME` runs one peer, in an environment that has it.
 """
 
 import argparse
@@ -16,7 +16,6 @@ from pathlib import Path
 
 import corpus
 import numpy as np
-import spring_oracle
 
 POINTS = 3
 STEPS = [10.0**-k for k in range(2, 11)]
@@ -33,6 +32,8 @@ NAMES = {
 
 
 def ours(function):
+    import spring_oracle
+
     return spring_oracle.check_jacobian(
         function.f, function.jac, domain=(function.lower, function.upper), block=function.block,
         factors={"h": corpus.H, "m": corpus.MASS}, search=function.n < 100,
@@ -50,23 +51,47 @@ def points(function):
     return [rng.uniform(function.lower, function.upper) for _ in range(POINTS)]
 
 
-def differences(function, x, step, central):
-    columns = []
-    here = function.f(x)
-    for column in range(x.size):
-        moved = x.copy()
-        moved[column] += step
-        above = function.f(moved)
-        moved[column] = x[column] - step
-        columns.append((above - function.f(moved)) / (2 * step) if central else (above - here) / step)
-    return np.array(columns).T
-
-
 def gradcheck(function, step):
-    """Whether torch.autograd.gradcheck would pass: eps 1e-6, atol 1e-5, rtol 1e-3."""
-    return all(
-        np.allclose(function.jac(x), differences(function, x, step, True), rtol=1e-3, atol=1e-5) for x in points(function)
-    )
+    """Whether torch.autograd.gradcheck passes: atol 1e-5, rtol 1e-3, central differences."""
+    import torch
+
+    class Custom(torch.autograd.Function):
+        @staticmethod
+        def forward(ctx, x):
+            ctx.save_for_backward(x)
+            return torch.tensor(np.asarray(function.f(np.array(x.tolist())), dtype=float).tolist(), dtype=torch.float64)
+
+        @staticmethod
+        def backward(ctx, grad):
+            jacobian = np.asarray(function.jac(np.array(ctx.saved_tensors[0].tolist())), dtype=float)
+            return torch.tensor((np.array(grad.tolist()) @ jacobian).tolist(), dtype=torch.float64)
+
+    def passes(x):
+        x = torch.tensor(x.tolist(), dtype=torch.float64, requires_grad=True)
+        return torch.autograd.gradcheck(Custom.apply, (x,), eps=step, raise_exception=False)
+
+    return all(passes(x) for x in points(function))
+
+
+def gradient_checker(function, step):
+    """Whether ceres::GradientChecker passes: Ridders' method, relative precision 1e-8 as in the solver's option of the same name."""
+    import ctypes
+
+    library = ctypes.CDLL(str(Path(__file__).with_name("libceres_check.so")))
+    numbers = ctypes.POINTER(ctypes.c_double)
+    callback = ctypes.CFUNCTYPE(None, numbers, numbers, numbers)
+    m = np.size(function.f(points(function)[0]))
+
+    def evaluate(x, values, jacobian):
+        x = np.ctypeslib.as_array(x, (function.n,)).copy()
+        np.ctypeslib.as_array(values, (m,))[:] = function.f(x)
+        if jacobian:
+            np.ctypeslib.as_array(jacobian, (m, function.n))[:] = function.jac(x)
+
+    evaluate = callback(evaluate)
+    check = library.gradient_check
+    check.argtypes = [callback, ctypes.c_int, ctypes.c_int, numbers, ctypes.c_double, ctypes.c_double]
+    return all(check(evaluate, function.n, m, np.ascontiguousarray(x).ctypes.data_as(numbers), step, 1e-8) for x in points(function))
 
 
 def check_grad(function, step):
@@ -102,18 +127,27 @@ def check_grads(function, step):
     return True
 
 
-def available():
-    others = [("torch.autograd.gradcheck", gradcheck, 1e-6)]
-    for name, module, check, step in (
-        ("scipy.optimize.check_grad", "scipy.optimize", check_grad, 1.4901161193847656e-08),
-        ("jax.test_util.check_grads", "jax", check_grads, None),
-    ):
-        try:
-            __import__(module)
-            others.append((name, check, step))
-        except ImportError:
-            print(f"{name} is not installed: left out", file=sys.stderr)
-    return others
+def ceres_is_built():
+    if not Path(__file__).with_name("libceres_check.so").exists():
+        raise ImportError
+
+
+PEERS = [
+    ("torch.autograd.gradcheck", lambda: __import__("torch"), gradcheck, 1e-6),
+    ("scipy.optimize.check_grad", lambda: __import__("scipy.optimize"), check_grad, 1.4901161193847656e-08),
+    ("jax.test_util.check_grads", lambda: __import__("jax"), check_grads, None),
+    ("ceres::GradientChecker", ceres_is_built, gradient_checker, 1e-2),
+]
+
+
+def available(peers):
+    for name, load, check, default in PEERS:
+        if not peers or any(peer in name for peer in peers):
+            try:
+                load()
+                yield name, check, default
+            except ImportError:
+                print(f"{name} is not installed: left out", file=sys.stderr)
 
 
 def score(check, step, mistakes, rights):
@@ -127,18 +161,41 @@ def main():
     parser.add_argument("--markdown", type=Path, help="page in which the table stands")
     parser.add_argument("--every", type=int, default=1, help="take every so many-th case only")
     parser.add_argument("--ours", action="store_true", help="leave the other checks out")
+    parser.add_argument("--steps", type=float, nargs="+", default=STEPS, help="steps of the peers, besides their own")
+    parser.add_argument("--peers", action="append", default=[], metavar="NAME", help="run only the peers whose names have this part")
     arguments = parser.parse_args()
     np.seterr(all="ignore")
     mistakes, rights = corpus.mistakes()[:: arguments.every], corpus.rights()[:: arguments.every]
-    rows, verdicts, kinds = [], collections.Counter(), collections.Counter()
-    named = 0
+    rows = {} if arguments.peers else {"Spring Oracle": measured(mistakes, rights)}
+    print(*rows.values(), flush=True)
+    for name, check, default in [] if arguments.ours else available(arguments.peers):
+        scores = {step: score(check, step, mistakes, rights) for step in [default, *arguments.steps]}
+        best = max(arguments.steps, key=lambda step: scores[step][0] - scores[step][1])
+        for title, step in (("default", default), (f"best: {best:.0e}", best)):
+            caught, accused = scores[step]
+            row = f"| `{name}` | {title} | {caught} | {len(mistakes) - caught} | – | {accused} | – | – |"
+            rows[f"{name} {title[:4]}"] = row
+            print(row, flush=True)
+    if arguments.markdown:
+        text = arguments.markdown.read_text()
+        before, table, after = re.fullmatch(r"(.*<!-- study -->\n)(.*)(\n<!-- end -->.*)", text, flags=re.S).groups()
+        known = {}
+        for row in table.splitlines()[2:]:
+            name, step = (cell.strip(" `") for cell in row.split("|")[1:3])
+            known[name if name == "Spring Oracle" else f"{name} {step[:4]}"] = row
+        header = "| check | step | caught | missed | inconclusive | accused | inconclusive | named |\n| --- | --- |" + " ---: |" * 6
+        arguments.markdown.write_text(before + "\n".join([header, *{**known, **rows}.values()]) + after)
+
+
+def measured(mistakes, rights):
+    """The row of our own check; on standard error, what is not caught, not named or not correct."""
+    verdicts, named = collections.Counter(), 0
     for mistake in mistakes:
         report = ours(mistake.function)
         verdicts["mistake", report.verdict] += 1
-        if report.verdict == "wrong" and is_named(report, mistake.kind):
-            named += 1
-        else:
-            kinds[mistake.kind] += 1
+        is_right = report.verdict == "wrong" and is_named(report, mistake.kind)
+        named += is_right
+        if not is_right:
             print(f"{mistake.name}: {report.verdict}, {report.likeness}", file=sys.stderr)
     for function in rights:
         report = ours(function)
@@ -148,21 +205,7 @@ def main():
     caught, accused = verdicts["mistake", "wrong"], verdicts["right", "wrong"]
     unsure = [verdicts[kind, "inconclusive"] for kind in ("mistake", "right")]
     missed = len(mistakes) - caught - unsure[0]
-    rows.append(f"| Spring Oracle | none to choose | {caught} | {missed} | {unsure[0]} | {accused} | {unsure[1]} | {named} |")
-    print(rows[-1], flush=True)
-    for name, check, default in [] if arguments.ours else available():
-        scores = {step: score(check, step, mistakes, rights) for step in [default, *STEPS]}
-        best = max(STEPS, key=lambda step: scores[step][0] - scores[step][1])
-        for title, step in (("default", default), (f"best: {best:.0e}", best)):
-            caught, accused = scores[step]
-            rows.append(f"| `{name}` | {title} | {caught} | {len(mistakes) - caught} | – | {accused} | – | – |")
-            print(rows[-1], flush=True)
-    if arguments.markdown:
-        text = arguments.markdown.read_text()
-        header = "| check | step | caught | missed | inconclusive | accused | inconclusive | named |\n| --- | --- | " + "---: | " * 6
-        table = "\n".join([header.rstrip(), *rows])
-        text = re.sub(r"(<!-- study -->\n).*?(\n<!-- end -->)", lambda m: m[1] + table + m[2], text, flags=re.S)
-        arguments.markdown.write_text(text)
+    return f"| Spring Oracle | none to choose | {caught} | {missed} | {unsure[0]} | {accused} | {unsure[1]} | {named} |"
 
 
 if __name__ == "__main__":

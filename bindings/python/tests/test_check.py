@@ -82,33 +82,6 @@ def test_wrong_shapes_are_said():
         so.check_jacobian(f, jacobian)
 
 
-def spring(x, v, sign=-1):
-    d, w = x[2:] - x[:2], v[2:] - v[:2]
-    length = np.linalg.norm(d)
-    n = d / length
-    on_second = sign * (9.0 * (length - 0.8) + 0.7 * (n @ w)) * n
-    return np.concatenate([-on_second, on_second])
-
-
-def spring_blocks(x, v, sign=-1):
-    d, w = x[2:] - x[:2], v[2:] - v[:2]
-    length = np.linalg.norm(d)
-    n = d / length
-    across = np.eye(2) - np.outer(n, n)
-    by_x = 9.0 * (np.outer(n, n) + (length - 0.8) / length * across)
-    by_x += 0.7 / length * ((n @ w) * np.eye(2) + np.outer(n, w)) @ across
-    return [sign * np.kron([[1, -1], [-1, 1]], block) for block in (by_x, 0.7 * np.outer(n, n))]
-
-
-def test_a_spring_is_held_against_its_law():
-    by_x, by_v = (lambda x, v: spring_blocks(x, v)[0]), (lambda x, v: spring_blocks(x, v)[1])
-    report = so.check_force(spring, by_x, by_v)
-    assert report, report
-    gradient = so.check_force(lambda x, v: spring(x, v, 1), by_x, by_v)
-    assert gradient.sign == "gradient" and "exactly the negative" in gradient.by_position.likeness
-    assert not so.check_force(spring, by_x, by_v, stiffness=9.001)
-
-
 def test_the_order_of_methods():
     rate = lambda y: np.array([y[1], -y[0]])
     exact = [np.cos(1.0), -np.sin(1.0)]

@@ -116,6 +116,30 @@ pub struct Worst {
     pub state: State,
     /// The largest entry of the Jacobian there, by the estimates.
     pub size: f64,
+    /// The whole Jacobian there, if an entry is wrong and there are not too many.
+    pub matrices: Option<Matrices>,
+}
+
+/// A Jacobian as stated and as measured, column by column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matrices {
+    /// The entries as stated.
+    pub stated: Vec<f64>,
+    /// The same; those that are wrong as measured.
+    pub measured: Vec<f64>,
+}
+
+impl Matrices {
+    fn of(seen: &Observation) -> Self {
+        let stated = seen.matrix.dense();
+        let mut measured = stated.clone();
+        for finding in &seen.wrong {
+            if let Some(estimate) = finding.entry.sharpest() {
+                measured[finding.column * seen.values.len() + finding.row] = estimate.value;
+            }
+        }
+        Self { stated, measured }
+    }
 }
 
 /// Checks `function`.
@@ -213,16 +237,21 @@ impl Tally {
             stated.chain(measured.map(|estimate| estimate.value.abs())).fold(0.0, f64::max)
         };
         if let Some((finding, _)) = open.first().filter(|_| self.undecided.is_none()) {
-            self.undecided = Some(Worst { finding: *finding, state: state.clone(), size: size() });
+            let (finding, state) = (*finding, state.clone());
+            self.undecided = Some(Worst { finding, state, size: size(), matrices: None });
         }
         let excess = |finding: &Finding| finding.entry.excess();
         if let Some(finding) = wrong.iter().max_by(|a, b| excess(a).total_cmp(&excess(b))) {
-            if self.worst.as_ref().is_none_or(|(known, _)| excess(finding) > *known) {
-                let worst = Worst { finding: *finding, state: state.clone(), size: size() };
-                self.worst = Some((excess(finding), worst));
+            let is_drawn = rows * matrix.columns() <= MOST_ENTRIES;
+            let matrices = is_drawn.then(|| Matrices::of(&observation));
+            if let Some(matrices) = &matrices {
+                let likeness = likeness(&observation, matrices, settings, same_elsewhere);
+                self.likenesses.push(likeness);
             }
-            if rows * matrix.columns() <= MOST_ENTRIES {
-                self.likenesses.push(likeness(&observation, settings, same_elsewhere));
+            if self.worst.as_ref().is_none_or(|(known, _)| excess(finding) > *known) {
+                let (finding, state) = (*finding, state.clone());
+                let worst = Worst { finding, state, size: size(), matrices };
+                self.worst = Some((excess(&finding), worst));
             }
         } else if let (Some(column), None) = (agreed, &self.agreed) {
             self.agreed = Some((state.clone(), *column, observation.clone()));
@@ -299,27 +328,28 @@ impl Tally {
 }
 
 /// What the wrong entries of one state look like.
-fn likeness(seen: &Observation, settings: &Settings, same_elsewhere: bool) -> Likeness {
+fn likeness(
+    seen: &Observation,
+    Matrices { stated, measured }: &Matrices,
+    settings: &Settings,
+    same_elsewhere: bool,
+) -> Likeness {
     let rows = seen.values.len();
-    let stated = seen.matrix.dense();
-    let mut measured = stated.clone();
     let mut bounds = vec![0.0_f64; rows];
     for finding in &seen.wrong {
         if let Some(estimate) = finding.entry.sharpest() {
-            measured[finding.column * rows + finding.row] = estimate.value;
             let bound = estimate.uncertainty + finding.entry.rounding;
             bounds[finding.row] = bounds[finding.row].max(bound);
         }
     }
     let wrong: Vec<_> = seen.wrong.iter().map(|finding| (finding.row, finding.column)).collect();
     let block = settings.block.max(1);
-    let pair =
-        Pair { rows, block, stated: &stated, measured: &measured, bounds: &bounds, wrong: &wrong };
+    let pair = Pair { rows, block, stated, measured, bounds: &bounds, wrong: &wrong };
     pair.likeness(&settings.factors, same_elsewhere)
 }
 
 /// The likeness with a name that most states share; of as many, the first.
-fn common(likenesses: &[Likeness]) -> Option<Likeness> {
+pub fn common(likenesses: &[Likeness]) -> Option<Likeness> {
     let count = |of: &Likeness| likenesses.iter().filter(|other| is_alike(of, other)).count();
     let is_named = |likeness: &Likeness| likeness.change != Change::Other;
     likenesses.iter().rev().max_by_key(|likeness| (is_named(likeness), count(likeness))).cloned()

@@ -8,7 +8,9 @@
 //! ```
 //!
 //! A function that rounds its arguments, such as one in single precision, is constant at the shortest `h`; one with short
-//! waves is not smooth at the longest. So four distances are tried. Cost: 36 evaluations.
+//! waves is not smooth at the longest. So four distances are tried. A function that rounds its arguments rounds each to
+//! another distance, which is measured along each coordinate. Cost: 36 evaluations; of such a function, 5 to 40 more for each
+//! coordinate.
 //! Source: Moré and Wild, *Estimating computational noise*, SIAM Journal on Scientific Computing 33 (2011).
 
 use crate::ridders::Function;
@@ -38,13 +40,19 @@ const RESOLVED: usize = 6;
 /// Ratio of the shortest step of a function that rounds its arguments to the shortest distance at which it varies.
 const COARSER: f64 = 256.0;
 
+/// Ratio of the shortest step along a coordinate to a step over which each value differs from the one before.
+const OWN: f64 = 16.0;
+
+/// Step, relative to the size of a coordinate, beyond which no rounding of arguments is looked for.
+const LONGEST: f64 = 1.0 / 256.0;
+
 /// The noise of a function at a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noise {
     /// Bound for each component.
     pub bounds: Vec<f64>,
-    /// Step, relative to the size of the coordinates, below which a function that rounds its arguments is constant.
-    pub shortest: f64,
+    /// For each coordinate, step relative to its size below which a function that rounds its arguments is constant; 0 of others.
+    pub shortest: Vec<f64>,
 }
 
 /// The noise of `function` at `x`, where it is `here`. `scale` has the typical size of each coordinate.
@@ -92,7 +100,42 @@ pub fn measure(function: Function<'_>, x: &[f64], scale: &[f64], here: &[f64]) -
         (SAFETY * plateau(levels)).max(floor)
     };
     let bounds = levels.iter().zip(here).map(bound).collect();
-    Noise { bounds, shortest: shortest.unwrap_or(0.0) }
+    let least = shortest.unwrap_or(0.0);
+    let own = |column: usize| {
+        if least > 0.0 {
+            resolved(function, x, (column, scale[column]), least, here.len())
+        } else {
+            0.0
+        }
+    };
+    Noise { bounds, shortest: (0..x.len()).map(own).collect() }
+}
+
+/// The shortest step along a coordinate, relative to its size: where the values at five equal distances all differ in some
+/// component, and at least `least`.
+fn resolved(
+    function: Function<'_>,
+    x: &[f64],
+    (column, size): (usize, f64),
+    least: f64,
+    rows: usize,
+) -> f64 {
+    const PLACES: [f64; 5] = [-2.0, -1.0, 0.0, 1.0, 2.0];
+    let mut moved = x.to_vec();
+    let mut table = PLACES.map(|_| vec![0.0; rows]);
+    let mut step = least / OWN;
+    while step < LONGEST {
+        let defined = table.iter_mut().zip(PLACES).all(|(values, place)| {
+            moved[column] = x[column] + place * step * size;
+            function(&moved, values)
+        });
+        let differ = |row: usize| table.windows(2).all(|pair| pair[0][row] != pair[1][row]);
+        if defined && (0..rows).any(differ) {
+            return least.max(OWN * step);
+        }
+        step *= 4.0;
+    }
+    least
 }
 
 /// Between 0.3 and 1 in size, of either sign.

@@ -93,7 +93,7 @@ pub struct Finding {
     pub entry: Entry,
     /// Whether the function has a jump there.
     pub jump: bool,
-    /// Whether no shorter steps could tell the entry from its estimate.
+    /// Whether shorter steps do not tell the entry from its value there, or contradict the estimate.
     pub blind: bool,
 }
 
@@ -142,19 +142,36 @@ pub fn observe(function: &mut Function<'_>, state: &State) -> Option<Observation
     let Noise { bounds: mut noise, shortest } = noise;
     let rounded = values.iter().all(|value| f64::from(*value as f32) == *value);
     let width = state.scale.iter().fold(0.0_f64, |width, scale| width.max(*scale));
-    for (row, noise) in noise.iter_mut().enumerate().filter(|_| shortest > 0.0) {
+    let least = shortest.iter().copied().reduce(f64::min).unwrap_or(0.0);
+    // The change of each value over the shortest steps.
+    let mut changes: Vec<f64> = row_scale.iter().map(|scale| least * width * scale).collect();
+    for (column, shortest) in shortest.iter().enumerate() {
+        for (row, value) in matrix.column(column) {
+            changes[row] = changes[row].max(shortest * state.scale[column] * value.abs());
+        }
+    }
+    let unit = if rounded { f64::from(f32::EPSILON) } else { f64::EPSILON };
+    let of_values: Vec<f64> = values.iter().map(|value| 2.0 * unit * value.abs()).collect();
+    for (row, noise) in noise.iter_mut().enumerate().filter(|_| least > 0.0) {
         // By chance, nine rounded values may lie on a line.
-        let of_values = if rounded { f64::from(f32::EPSILON) * values[row].abs() } else { 0.0 };
-        *noise = noise.max(2.0 * of_values + ROUNDED * shortest * width * row_scale[row]);
+        *noise = noise.max(of_values[row] + ROUNDED * changes[row]);
     }
     let is_hidden = |row: usize| {
         // The shortest step changes the value by as much as it is.
-        let is_coarse = row_scale[row] * shortest * width > COARSE * values[row].abs();
-        noise[row] > HIDDEN * largest || is_coarse && shortest > 0.0
+        let is_coarse = changes[row] > COARSE * values[row].abs();
+        noise[row] > HIDDEN * largest || is_coarse && least > 0.0
     };
     let hidden = (0..values.len()).map(is_hidden).collect();
-    let point =
-        Point { state, noise: &noise, shortest, hidden, row_scale, single, matrix: &matrix };
+    let point = Point {
+        state,
+        noise: &noise,
+        shortest: &shortest,
+        of_values,
+        hidden,
+        row_scale,
+        single,
+        matrix: &matrix,
+    };
     let (mut findings, mut bound, mut agreed) = (Vec::new(), 0.0_f64, None);
     let mut groups = matrix.groups();
     while let Some(group) = groups.pop() {
@@ -188,7 +205,9 @@ pub fn observe(function: &mut Function<'_>, state: &State) -> Option<Observation
 struct Point<'a> {
     state: &'a State,
     noise: &'a [f64],
-    shortest: f64,
+    shortest: &'a [f64],
+    /// Bound of the rounding of each value.
+    of_values: Vec<f64>,
     /// Rows whose noise hides their values.
     hidden: Vec<bool>,
     row_scale: Vec<f64>,
@@ -256,7 +275,7 @@ impl Point<'_> {
         let State { x, scale, .. } = self.state;
         let mut values = function.values();
         let mut ladders: Vec<Ladder> =
-            FIRST.iter().filter_map(|e| self.ladder(scale[column], *e)).collect();
+            FIRST.iter().filter_map(|e| self.ladder(column, scale[column], *e)).collect();
         let mut tries: Vec<Vec<Difference>> = Vec::new();
         for ladder in &ladders {
             tries.push(differentiate(&mut values, x, column, *ladder, self.noise));
@@ -271,13 +290,13 @@ impl Point<'_> {
         };
         let nothing = (0..rows).any(|row| best(&tries, &ladders, row).0 == Difference::Unavailable);
         if is_close && nothing {
-            for ladder in FIRST.iter().filter_map(|e| self.ladder(power_of_two(own), *e)) {
+            for ladder in FIRST.iter().filter_map(|e| self.ladder(column, power_of_two(own), *e)) {
                 tries.push(differentiate(&mut values, x, column, ladder, self.noise));
                 ladders.push(ladder);
             }
         }
         let mut again: Vec<Option<Vec<Difference>>> = vec![None; ladders.len()];
-        let (mut steps, mut nearby) = (None, None);
+        let (mut steps, mut nearby, mut local) = (None, None, None);
         let (mut findings, mut bound) = (Vec::new(), 0.0_f64);
         for row in 0..rows {
             let (difference, number) = best(&tries, &ladders, row);
@@ -306,6 +325,13 @@ impl Point<'_> {
             if let Difference::Smooth(estimate) = others[row] {
                 finding.entry.second = Some(estimate);
             }
+            if let (Difference::Smooth(long), true) = (difference, self.shortest[column] > 0.0) {
+                let local = local.get_or_insert_with(|| {
+                    let step = self.shortest[column] * scale[column];
+                    (step, changes(&mut values, x, column, rows, step))
+                });
+                finding.blind |= self.is_contradicted(row, long, local);
+            }
             let steps = steps.get_or_insert_with(|| {
                 Steps::take(&mut values, x, column, (ladders[0].first, rounded_steps), rows)
             });
@@ -314,17 +340,31 @@ impl Point<'_> {
                 let tiny = scale[column] * NEARBY;
                 let changes =
                     nearby.get_or_insert_with(|| changes(&mut values, x, column, rows, tiny));
-                finding.jump = changes[row] > 64.0 * (self.noise[row] + self.row_scale[row] * tiny);
+                finding.jump =
+                    changes[row].abs() > 64.0 * (self.noise[row] + self.row_scale[row] * tiny);
             }
             findings.push(finding);
         }
         (findings, bound)
     }
 
+    /// Whether a function that rounds its arguments has another slope over the shortest step than over long ones, which then
+    /// miss what lies within them. Along a coordinate, only that one is rounded anew, and the values.
+    fn is_contradicted(
+        &self,
+        row: usize,
+        long: Estimate,
+        (step, changes): &(f64, Vec<f64>),
+    ) -> bool {
+        let slope = changes[row] / (2.0 * step);
+        let bound = self.of_values[row] / step + ROUNDED * slope.abs() + long.uncertainty;
+        (slope - long.value).abs() > CLEAR * bound
+    }
+
     /// The steps from a fraction of `scale` on, down to the shortest that the function resolves.
-    fn ladder(&self, scale: f64, exponent: i32) -> Option<Ladder> {
+    fn ladder(&self, column: usize, scale: f64, exponent: i32) -> Option<Ladder> {
         let first = scale * 2.0_f64.powi(exponent);
-        let shortest = self.shortest * scale;
+        let shortest = self.shortest[column] * scale;
         let levels =
             (0..LEVELS).filter(|level| first / 2.0_f64.powi(*level as i32) >= shortest).count();
         (levels >= 4).then_some(Ladder { first, levels, sides: rounded_steps })
@@ -416,7 +456,7 @@ impl Point<'_> {
     }
 }
 
-/// How much each value changes over a step to both sides; nothing where it is undefined.
+/// The change of each value from one side of a step to the other; 0 where it is undefined.
 fn changes(function: Values<'_>, x: &[f64], column: usize, rows: usize, step: f64) -> Vec<f64> {
     let mut moved = x.to_vec();
     let mut sides = [step, -step].map(|step| (step, vec![0.0; rows]));
@@ -425,6 +465,6 @@ fn changes(function: Values<'_>, x: &[f64], column: usize, rows: usize, step: f6
         function(&moved, values)
     });
     let [(_, above), (_, below)] = &sides;
-    let change = |(above, below): (&f64, &f64)| if defined { (above - below).abs() } else { 0.0 };
+    let change = |(above, below): (&f64, &f64)| if defined { above - below } else { 0.0 };
     above.iter().zip(below).map(change).collect()
 }

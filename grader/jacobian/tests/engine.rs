@@ -139,6 +139,28 @@ fn single_precision_is_recognised() {
     assert_eq!(wrong.verdict, Verdict::Wrong, "{wrong}");
 }
 
+#[test]
+fn each_coordinate_is_rounded_to_its_own_distance() {
+    // In single precision the first coordinate is rounded to multiples of 6e-5, the second to multiples of 1e-10.
+    let rounded = |x: &[f64]| x.iter().map(|x| f64::from(*x as f32)).collect::<Vec<_>>();
+    let value = |x: &[f64]| {
+        let x = rounded(x);
+        rounded(&[x[0].sin() + x[1], x[0] * x[1]])
+    };
+    let check = |factor: f64| {
+        let jacobian = |x: &[f64]| {
+            let x = rounded(x);
+            rounded(&[factor * x[0].cos(), 1.0, x[1], x[0]])
+        };
+        let domain = Domain { lower: vec![999.0, -1.0], upper: vec![1002.0, 2.0] };
+        let settings =
+            Settings { domain: Some(domain), draws: 0, search: false, ..at(&[&[1000.3, 1e-3]]) };
+        checked(value, jacobian, [2, 2], &settings)
+    };
+    assert_ne!(check(1.0).verdict, Verdict::Wrong, "{}", check(1.0));
+    assert_eq!(check(1.1).wrong.into_iter().collect::<Vec<_>>(), [(0, 0)]);
+}
+
 /// A chain of springs with stiffness 1 between neighbours, as triplets.
 fn chain(n: usize, spoilt: bool) -> (impl Fn(&[f64], &mut [f64]) -> bool, Vec<Triplet>) {
     let value = move |x: &[f64], values: &mut [f64]| {

@@ -34,7 +34,7 @@ pub use jacobian::ridders::{Difference, Estimate};
 pub use jacobian::taylor::{Taylor, Window};
 pub use jacobian::verdict::{Entry, Reason, Verdict};
 pub use newton::NewtonCheck;
-pub use states::{CheckState, states};
+pub use states::{CheckState, Given, states, states_given};
 pub use subject::{Maker, Subject, simulated, simulated_of_kinds};
 pub use verdict::{BlockFinding, BlockKind, By, Exhibit, Part, Property, PropertyFinding};
 
@@ -144,7 +144,19 @@ pub fn check(
     config: Config,
     make: &Maker<'_>,
 ) -> Option<JacobianCheck> {
-    Some(check_with(kind, law::find(kind.schema.tag)?, dimension, config, make, &clamp))
+    Some(check_against(kind, law::find(kind.schema.tag)?, dimension, config, make))
+}
+
+/// The same of one element of which something is given.
+pub fn check_given(
+    kind: &'static ForceKind,
+    dimension: Dimension,
+    config: Config,
+    given: &Given,
+    make: &Maker<'_>,
+) -> Option<JacobianCheck> {
+    let states = states_given(kind, dimension, config.states, config.seed, given);
+    Some(check_with(kind, law::find(kind.schema.tag)?, dimension, &states, make, &clamp))
 }
 
 /// The same against a given law.
@@ -155,19 +167,19 @@ pub fn check_against(
     config: Config,
     make: &Maker<'_>,
 ) -> JacobianCheck {
-    check_with(kind, law, dimension, config, make, &clamp)
+    let states = states(kind, dimension, config.states, config.seed);
+    check_with(kind, law, dimension, &states, make, &clamp)
 }
 
 fn check_with(
     kind: &'static ForceKind,
     law: &'static Law,
     dimension: Dimension,
-    config: Config,
+    states: &[CheckState],
     make: &Maker<'_>,
     project: Project<'_>,
 ) -> JacobianCheck {
-    let states = states(kind, dimension, config.states, config.seed);
-    let mut tallies = Tally::all(&kind.schema, dimension);
+    let mut tallies = Tally::all(&kind.schema, states);
     let mut structure = Structure::new(law, project);
     let subjects: Vec<_> = states.iter().map(|state| make(&state.scene)).collect();
     let mut both = states.iter().zip(&subjects);
@@ -390,9 +402,9 @@ mod tests {
     fn a_projection_that_is_not_the_nearest_is_called_wrong() {
         let kind = force::REGISTRY.iter().find(|kind| kind.schema.tag == "gravitationalforce");
         let verdict = |project: Project<'_>, dimension| {
-            let config = Config { states: 4, seed: 1 };
-            let law = law::find("gravitationalforce").unwrap();
-            let check = check_with(kind.unwrap(), law, dimension, config, &simulated, project);
+            let (kind, law) = (kind.unwrap(), law::find("gravitationalforce").unwrap());
+            let states = states(kind, dimension, 4, 1);
+            let check = check_with(kind, law, dimension, &states, &simulated, project);
             let mut found = check.properties.iter();
             found.find(|finding| finding.property == Property::Projection).unwrap().verdict
         };

@@ -76,6 +76,29 @@ enum Course {
 /// Angle between two lines that are nearly parallel, in radians: as small as coordinates of few digits resolve it.
 const SLIGHT: f64 = 1.0 / 64.0;
 
+/// What is the same at every state of one element whose author has fixed it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Given {
+    /// Values of parameters, in the order of the schema; `None` where one is drawn.
+    pub parameters: Vec<Option<f64>>,
+    /// Masses of the particles of an element; empty where they are drawn.
+    pub masses: Vec<f64>,
+}
+
+impl Given {
+    fn parameter(&self, place: usize) -> Option<f64> {
+        self.parameters.get(place).copied().flatten()
+    }
+
+    /// Whether a state of this plan can have what is given.
+    fn allows(&self, plan: &Plan) -> bool {
+        let is_drawn = self.parameters.iter().all(Option::is_none) && self.masses.is_empty();
+        let is_one = plan.arrangement == Arrangement::Single;
+        let has_own = plan.without.is_some_and(|place| self.parameter(place).is_some());
+        is_drawn || is_one && !has_own && (self.masses.is_empty() || plan.masses == PLAIN.masses)
+    }
+}
+
 /// A recipe for a random state.
 #[derive(Clone, Copy)]
 struct Plan {
@@ -148,6 +171,17 @@ pub fn states(
     random: u32,
     seed: u64,
 ) -> Vec<CheckState> {
+    states_given(kind, dimension, random, seed, &Given::default())
+}
+
+/// The same with what is given; one element is then all that acts.
+pub fn states_given(
+    kind: &'static ForceKind,
+    dimension: Dimension,
+    random: u32,
+    seed: u64,
+    given: &Given,
+) -> Vec<CheckState> {
     let mut plans: Vec<(String, Plan)> =
         (1..=random).map(|number| (format!("random {number}"), PLAIN)).collect();
     let mut hard = |name: &str, plan: Plan| plans.push((name.to_owned(), plan));
@@ -206,15 +240,17 @@ pub fn states(
     if kind.schema.stencil.is_field() && kind.schema.depends_on().position {
         plans.retain(|(_, plan)| plan.far == 0.0 && matches!(plan.length, Length::Any));
     }
+    plans.retain(|(_, plan)| given.allows(plan));
     let mut rng = Rng::with_seed(seed);
-    plans.into_iter().map(|(name, plan)| draw(kind, dimension, name, plan, &mut rng)).collect()
+    let draw = |(name, plan)| CheckState { name, ..draw(kind, dimension, &plan, given, &mut rng) };
+    plans.into_iter().map(draw).collect()
 }
 
 fn draw(
     kind: &'static ForceKind,
     dimension: Dimension,
-    name: String,
-    plan: Plan,
+    plan: &Plan,
+    given: &Given,
     rng: &mut Rng,
 ) -> CheckState {
     let schema = &kind.schema;
@@ -227,7 +263,8 @@ fn draw(
         {
             let absent = plan.without == Some(place)
                 || (parameter.three_dimensional && dimension == Dimension::Two);
-            *value = if absent { 0.0 } else { typical(parameter, rng) };
+            let drawn = if absent { 0.0 } else { typical(parameter, rng) };
+            *value = given.parameter(place).unwrap_or(drawn);
             if Some(place) == length && number == 0 && *value > 0.0 {
                 rest_length = *value;
             }
@@ -237,8 +274,11 @@ fn draw(
         ForceElement::new(schema, &particles[..acts_on], edge, parameters)
     });
     let elements = elements.collect();
-    let (scene, time) = compose(elements, &stencils, dimension, &plan, rest_length, rng);
-    CheckState { name, scene, time }
+    let (mut scene, time) = compose(elements, &stencils, dimension, plan, rest_length, rng);
+    for (particle, mass) in scene.particles.iter_mut().zip(given.masses.iter().cycle()) {
+        particle.mass = *mass;
+    }
+    CheckState { name: String::new(), scene, time }
 }
 
 /// A value within the typical bounds, a multiple of 2⁻¹⁰ or a bound.

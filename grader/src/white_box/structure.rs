@@ -25,6 +25,7 @@ use super::verdict::{By, Property, PropertyFinding};
 use jacobian::ridders::{
     Difference, Estimate, Ladder, Sample, differentiate, exact_steps, extrapolate,
 };
+use jacobian::structure::{self, Pair, Rotation};
 use jacobian::verdict::{ROUNDING, Reason, Verdict};
 use reference::law::Jacobians;
 use reference::law::{Expectation, Law, Scale, Symmetry};
@@ -62,13 +63,6 @@ struct Tally {
     wrong: bool,
     /// The largest violation: in terms of the tolerance, relative, and its state.
     worst: Option<(f64, Estimate, Box<CheckState>)>,
-}
-
-/// Two values that must agree within a tolerance.
-struct Pair {
-    value: f64,
-    expected: f64,
-    allowance: f64,
 }
 
 /// A state with the quantities that its properties need.
@@ -138,13 +132,15 @@ impl Tally {
             self.evidence += 1;
             self.last.clone_from(&state.name);
         }
-        for Pair { value, expected, allowance } in pairs {
-            let error = (value - expected).abs();
-            let excess = if error == 0.0 { 0.0 } else { error / allowance };
+        for pair in pairs {
+            let excess = pair.excess();
             self.wrong |= excess.is_nan() || excess > CLEAR;
             if self.worst.as_ref().is_none_or(|(known, ..)| excess > *known || excess.is_nan()) {
                 let unit = if size > 0.0 { size } else { 1.0 };
-                let error = Estimate { value: error / unit, uncertainty: allowance / unit };
+                let error = Estimate {
+                    value: (pair.value - pair.expected).abs() / unit,
+                    uncertainty: pair.allowance / unit,
+                };
                 self.worst = Some((excess, error, Box::new(state.clone())));
             }
         }
@@ -241,11 +237,10 @@ impl<'a> Scenario<'a> {
                 continue;
             }
             let matrix = by.of(&self.jacobians);
-            let pairs = self.places().map(|(row, column)| Pair {
-                value: matrix[(row, column)],
-                expected: matrix[(column, row)],
-                allowance: ROUNDING * (by.scale(self.scale(row)) + by.scale(self.scale(column))),
-            });
+            let allowance =
+                |row, column| ROUNDING * (by.scale(self.scale(row)) + by.scale(self.scale(column)));
+            let pairs =
+                structure::symmetry(|row, column| matrix[(row, column)], matrix.nrows(), allowance);
             tally.compare(self.state, matrix.amax(), self.is_seen(by), pairs);
         }
     }
@@ -254,15 +249,12 @@ impl<'a> Scenario<'a> {
         if self.schema().conserves < Conserves::Momentum {
             return;
         }
-        let (size, dimension) = (self.x.len(), self.dimension);
+        let size = [self.x.len(); 2];
         for by in [By::Position, By::Velocity] {
             let matrix = by.of(&self.jacobians);
-            let pairs = (0..size).flat_map(|row| (0..dimension).map(move |axis| (row, axis)));
-            let pairs = pairs.map(|(row, axis)| Pair {
-                value: (axis..size).step_by(dimension).map(|column| matrix[(row, column)]).sum(),
-                expected: 0.0,
-                allowance: 2.0 * ROUNDING * by.scale(self.scale(row)),
-            });
+            let allowance = |row, _| 2.0 * ROUNDING * by.scale(self.scale(row));
+            let entry = |row, column| matrix[(row, column)];
+            let pairs = structure::translation(entry, size, self.dimension, allowance);
             tally.compare(self.state, matrix.amax(), self.is_seen(by), pairs);
         }
     }
@@ -270,10 +262,10 @@ impl<'a> Scenario<'a> {
     fn rotation(&self, tally: &mut Tally) {
         let turn = match (self.law().symmetry, self.dimension) {
             (Symmetry::None, _) => return,
-            (Symmetry::Isotropic, 3) => about_every_axis(),
-            (_, dimension) => about_z(dimension),
+            (Symmetry::Isotropic, 3) => Rotation::about_every_axis(),
+            (_, dimension) => Rotation::about_z(dimension),
         };
-        let (x, v) = (turned(&turn, &self.x), turned(&turn, &self.v));
+        let (x, v) = (turn.turned(&self.x), turn.turned(&self.v));
         let mut force = vec![0.0; x.len()];
         let time = self.state.time;
         let Ok(()) = self.subject.force(&x, &v, time, &mut force) else { return };
@@ -291,7 +283,7 @@ impl<'a> Scenario<'a> {
             // A rotated row mixes the components of its particle.
             8.0 * ROUNDING * lost * of(&scales[row / self.dimension])
         };
-        let expected = turned(&turn, &self.force);
+        let expected = turn.turned(&self.force);
         let pairs = force.iter().zip(&expected).enumerate().map(|(row, (value, expected))| Pair {
             value: *value,
             expected: *expected,
@@ -299,8 +291,11 @@ impl<'a> Scenario<'a> {
         });
         tally.compare(self.state, largest(&expected), false, pairs);
         for by in [By::Position, By::Velocity] {
-            let expected = conjugated(&turn, by.of(&self.jacobians));
-            let matrix = by.of(&jacobians);
+            let (matrix, here) = (by.of(&jacobians), by.of(&self.jacobians));
+            let size = here.nrows();
+            let expected = DMatrix::from_fn(size, size, |row, column| {
+                turn.conjugated(|row, column| here[(row, column)], row, column)
+            });
             let pairs = self.places().map(|place| Pair {
                 value: matrix[place],
                 expected: expected[place],
@@ -485,44 +480,4 @@ fn second_difference(
         step *= 0.5;
     }
     extrapolate(&samples)
-}
-
-/// A rotation about z by the angle of a triangle with sides 3, 4 and 5.
-fn about_z(dimension: usize) -> DMatrix<f64> {
-    let mut turn = DMatrix::identity(dimension, dimension);
-    turn[(0, 0)] = 0.6;
-    turn[(0, 1)] = -0.8;
-    turn[(1, 0)] = 0.8;
-    turn[(1, 1)] = 0.6;
-    turn
-}
-
-/// Such a rotation about z, followed by one about x.
-fn about_every_axis() -> DMatrix<f64> {
-    let mut about_x = DMatrix::identity(3, 3);
-    about_x[(1, 1)] = 0.28;
-    about_x[(1, 2)] = -0.96;
-    about_x[(2, 1)] = 0.96;
-    about_x[(2, 2)] = 0.28;
-    about_x * about_z(3)
-}
-
-/// The vector of every particle, rotated.
-fn turned(turn: &DMatrix<f64>, values: &[f64]) -> Vec<f64> {
-    let dimension = turn.nrows();
-    let component = |(row, _): (usize, &f64)| {
-        let start = row - row % dimension;
-        (0..dimension).map(|axis| turn[(row % dimension, axis)] * values[start + axis]).sum()
-    };
-    values.iter().enumerate().map(component).collect()
-}
-
-/// `R J Rᵀ`, block by block.
-fn conjugated(turn: &DMatrix<f64>, matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let (size, dimension) = (matrix.nrows(), turn.nrows());
-    let mut all = DMatrix::zeros(size, size);
-    for start in (0..size).step_by(dimension) {
-        all.view_mut((start, start), (dimension, dimension)).copy_from(turn);
-    }
-    &all * matrix * all.transpose()
 }

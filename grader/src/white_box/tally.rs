@@ -7,7 +7,6 @@ use super::states::CheckState;
 use super::verdict::{BlockFinding, BlockKind, By, Exhibit, Part};
 use jacobian::verdict::{Entry, Judgement, Reason, Verdict};
 use reference::law::Term;
-use scene::Dimension;
 use scene::schema::ForceSchema;
 
 /// One kind of block over all states so far.
@@ -34,14 +33,15 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// A tally for each kind of block of this force.
-    pub(super) fn all(schema: &ForceSchema, dimension: Dimension) -> [Self; 4] {
+    /// A tally for each kind of block of this force. A parameter that is zero at all `states` has to affect nothing.
+    pub(super) fn all(schema: &ForceSchema, states: &[CheckState]) -> [Self; 4] {
+        let elements = || states.iter().flat_map(|state| &state.scene.forces);
         let terms = Term::of(schema);
         BlockKind::ALL.map(|kind| {
             let shows =
                 |by: By| by == kind.by && (kind.part == Part::Direct || !schema.stencil.is_field());
             let required = terms.iter().zip(schema.parameters).map(|(term, parameter)| {
-                let is_there = dimension == Dimension::Three || !parameter.three_dimensional;
+                let is_there = elements().any(|of| of.parameter(parameter.name) != 0.0);
                 let shows = (term.by_position && shows(By::Position))
                     || (term.by_velocity && shows(By::Velocity));
                 (term.parameter, is_there && shows)

@@ -42,8 +42,12 @@ class Report:
     """Name, verdict and violation of each property that was asked for."""
     text: str
     """All of it for a reader."""
+    block: int = 1
+    """Number of coordinates of a particle."""
     worst: dict[str, Any] | None = None
     """The entry that supports the verdict: row, column, yours, measured, bound, state, x."""
+    matrices: tuple[np.ndarray, np.ndarray] | None = None
+    """The Jacobian at the state of the worst wrong entry: as stated, and as measured where that contradicts it."""
 
     def __bool__(self) -> bool:
         return self.verdict.startswith("correct")
@@ -52,17 +56,30 @@ class Report:
         return self.text
 
     def _repr_html_(self) -> str:
-        import html
+        from . import _html
 
-        colour = {"wrong": "#b00020", "inconclusive": "#8a6d00"}.get(self.verdict, "#1b6e3a")
-        return f'<pre style="border-left:4px solid {colour};padding-left:8px">{html.escape(self.text)}</pre>'
+        return _html.block(self.verdict, self.text)
+
+    def plot(self, ax: Any = None) -> Any:
+        """The errors at the state of the worst entry, by matplotlib: powers of ten, with lines between blocks."""
+        from . import _plots
+
+        if self.matrices is None:
+            raise ValueError("no entry is wrong: there is no error to draw")
+        return _plots.errors(*self.matrices, self.block, ax)
 
 
-def _vector(value: Any) -> np.ndarray:
+def _array(value: Any) -> np.ndarray:
     # Of torch and jax, arrays that numpy reads without a copy.
     if hasattr(value, "detach"):
         value = value.detach().cpu()
-    return np.ascontiguousarray(value, dtype=np.float64).ravel()
+    if hasattr(value, "toarray"):
+        value = value.toarray()
+    return np.ascontiguousarray(value, dtype=np.float64)
+
+
+def _vector(value: Any) -> np.ndarray:
+    return _array(value).ravel()
 
 
 def check_jacobian(
@@ -122,14 +139,11 @@ def check_jacobian(
         kind = "dense"
 
         def derivative(at):
-            matrix = jacobian(at)
-            if hasattr(matrix, "detach"):
-                matrix = matrix.detach().cpu()
-            matrix = np.asarray(matrix, dtype=np.float64)
+            matrix = _array(jacobian(at))
             _expect(matrix.shape if matrix.ndim == 2 or 1 not in shape else shape, shape)
-            return np.ascontiguousarray(matrix).ravel()
+            return matrix.ravel()
 
-    return Report(**_native.check_jacobian(value, derivative, kind, shape, settings))
+    return Report(**_native.check_jacobian(value, derivative, kind, shape, settings), block=block)
 
 
 def _expect(found: tuple, shape: tuple[int, int]) -> None:

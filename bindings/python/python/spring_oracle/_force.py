@@ -1,114 +1,138 @@
-"""Checks of forces between two particles."""
+"""Checks of forces against the laws of the simulator."""
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import dataclass
-from typing import Callable
+from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from ._check import Report, check_jacobian
-
-
-def _spring(x, v, p):
-    d, w = x[1] - x[0], v[1] - v[0]
-    length = np.sqrt(d @ d)
-    n = d / length
-    return -(p["stiffness"] * (length - p["rest_length"]) + p["damping"] * (n @ w)) * n
-
-
-def _gravitation(x, v, p):
-    d = x[1] - x[0]
-    return -p["G"] * p["masses"][0] * p["masses"][1] * d / np.sqrt(d @ d) ** 3
-
-
-# The force on the second particle; that on the first is minus it.
-_LAWS = {"spring": _spring, "gravitation": _gravitation}
-_PARAMETERS = {
-    "spring": {"stiffness": 9.0, "rest_length": 0.8, "damping": 0.7},
-    "gravitation": {"G": 1.3, "masses": (1.2, 0.7)},
-}
+from . import _native
+from ._check import _array
 
 
 @dataclass(frozen=True)
 class ForceReport:
-    """A force against its law, and its Jacobians against itself. It is true if all are correct."""
+    """A force against its law, and its Jacobians by three estimates. It is true if all is correct."""
 
-    force_error: float
-    """The largest difference from the law, relative to the largest force."""
-    worst: tuple[np.ndarray, np.ndarray] | None
-    """Positions and velocities where it is off."""
-    sign: str | None
-    """`gradient` if the force is exactly the negative of the law: the gradient of its energy."""
-    by_position: Report
-    by_velocity: Report | None
+    kind: str
+    """The force."""
+    dimension: int
+    """2 or 3."""
+    states: int
+    """Number of states checked: random ones and hard ones."""
+    blocks: list[dict[str, Any]]
+    """Each kind of block: name, verdict, reason, evidence, error and bound relative to its largest entry, the worst block as stated
+    (`yours`) and as `measured`, its state, and what the error looks like (`likeness`)."""
+    properties: list[dict[str, Any]]
+    """Force, symmetry, translation, rotation, and with an energy gradient and Hessian: name, verdict, error, state."""
+
+    @property
+    def verdict(self) -> str:
+        """`correct`, `wrong` or `inconclusive`."""
+        verdicts = {of["verdict"] for of in (*self.blocks, *self.properties)}
+        return next((verdict for verdict in ("wrong", "inconclusive") if verdict in verdicts), "correct")
+
+    @property
+    def wrong(self) -> list[str]:
+        """The names of what is wrong."""
+        return [of["name"] for of in (*self.properties, *self.blocks) if of["verdict"] == "wrong"]
+
+    @property
+    def likeness(self) -> str | None:
+        """What the first wrong block looks like."""
+        return next((of["likeness"] for of in self.blocks if of.get("likeness")), None)
+
+    @property
+    def sign(self) -> str | None:
+        """`gradient` if the force is exactly the negative of the law: the gradient of the energy."""
+        force = next(of for of in self.properties if of["name"] == "force")
+        if force["verdict"] != "wrong" or "law" not in force:
+            return None
+        size = np.abs(force["law"]).max()
+        return "gradient" if size > 0 and np.abs(force["yours"] + force["law"]).max() <= 1e-9 * size else None
 
     def __bool__(self) -> bool:
-        return self.worst is None and bool(self.by_position) and (self.by_velocity is None or bool(self.by_velocity))
+        return self.verdict == "correct"
 
     def __repr__(self) -> str:
-        if self.worst is None:
-            lines = ["force: correct"]
-        elif self.sign:
-            lines = ["force: exactly the negative. Yours is the gradient of the energy, not the force"]
-        else:
-            lines = [f"force: wrong, by {self.force_error:.1e} at x = {self.worst[0].tolist()}, v = {self.worst[1].tolist()}"]
-        lines.append(f"dF/dx: {self.by_position}")
-        if self.by_velocity is not None:
-            lines.append(f"dF/dv: {self.by_velocity}")
+        lines = [f"{self.kind} in {self.dimension}D: {self.verdict}, {self.states} states"]
+        if self.sign:
+            lines.append("  the force is exactly the negative of the law: it is the gradient of the energy, not the force")
+        for of in (*self.properties, *self.blocks):
+            text = f"  {of['name']}: {of['verdict']}"
+            if of["reason"]:
+                text += f", {of['reason']}"
+            if of.get("likeness"):
+                text += f", {of['likeness']}"
+            if of.get("error") is not None and of["verdict"] == "wrong":
+                text += f" (off by {of['error']:.1e} at the state {of['state']['name']!r})"
+            if of.get("unseen") and of["verdict"] == "inconclusive":
+                text += f"; no state shows {', '.join(of['unseen'])}"
+            lines.append(text)
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        from . import _html
+
+        return _html.block(self.verdict, repr(self))
+
+    def plot(self, axes: Any = None) -> Any:
+        """The wrong blocks, or all: as stated, as measured, and their difference, by matplotlib."""
+        from . import _plots
+
+        return _plots.blocks(self, axes)
+
+
+def _with_element(function: Callable | None, flat: bool) -> tuple[Callable | None, bool]:
+    """The function of `(x, v, element)`, with arrays that the checks read, and whether it takes the element."""
+    if function is None:
+        return None, False
+    try:
+        inspect.signature(function).bind(None, None, None)
+        takes = True
+    except (TypeError, ValueError):
+        # A function of two arguments, or one written in C, without a signature.
+        takes = False
+    call = function if takes else (lambda x, v, _: function(x, v))
+    shaped = (lambda x, v, p: _array(call(x, v, p)).ravel()) if flat else (lambda x, v, p: _array(call(x, v, p)))
+    return shaped, takes
 
 
 def check_force(
-    force: Callable, jacobian_x: Callable, jacobian_v: Callable | None = None, *, kind: str = "spring", dimension: int = 2,
-    seed: int = 1, **parameters: float,
+    force: Callable, jacobian_x: Callable | None = None, jacobian_v: Callable | None = None, *, kind: str, energy: Callable | None = None,
+    dimension: int = 2, masses: Sequence[float] = (), states: int = 16, seed: int = 1, **parameters: float,
 ) -> ForceReport:  # fmt: skip
-    """Checks a force between two particles: `force(x, v)`, `jacobian_x(x, v)`, `jacobian_v(x, v)`, of flat vectors of two particles.
+    """Checks a force of a kind that the simulator has (`forces()` lists them) against its law, and its Jacobians.
 
-    `kind` is `spring` (parameters `stiffness`, `rest_length`, `damping`) or `gravitation` (`G`, `masses`). States are drawn, and hard
-    ones among them: compressed, stretched, at the rest length, along an axis, at rest, and with velocities along and across.
+    A function takes `(x, v, p)`: flat positions and velocities of the particles of one element, and its facts: parameters by the names of
+    scene files (`p.k`, `p.l0`, `p.b`), `p.masses`, `p.time`, and `p.start`, the initial positions. The force has as many numbers as `x`, a
+    Jacobian as many rows and columns, the energy is a number. The states are those at which the simulator's own forces are checked: nearly
+    zero length, compressed, stretched, at the rest length, far from the origin, mass ratios of 1e9, velocities along and across, parameters
+    that are zero, elements that share particles.
+
+    Functions of `(x, v)` alone have fixed parameters: give all of them, and the masses if the force depends on them. An exception of a
+    function is raised, with its traceback. Ctrl-C works between calls.
     """
-    if kind not in _LAWS:
-        raise ValueError(f"there is no law {kind!r}; there are {', '.join(_LAWS)}")
-    unknown = set(parameters) - set(_PARAMETERS[kind])
-    if unknown:
-        raise ValueError(f"{kind} has no parameter {', '.join(sorted(unknown))}; it has {', '.join(_PARAMETERS[kind])}")
-    p = {**_PARAMETERS[kind], **parameters}
-    states = _states(dimension, p.get("rest_length", 1.0), np.random.default_rng(seed))
-    error, worst, negative = 0.0, None, True
-    for x, v in states:
-        law = _LAWS[kind](x.reshape(2, -1), v.reshape(2, -1), p)
-        law = np.concatenate([-law, law])
-        found = np.asarray(force(x.copy(), v.copy()), dtype=float).ravel()
-        size = max(np.abs(law).max(), 1e-300)
-        off = np.abs(found - law).max() / size
-        negative &= bool(np.abs(found + law).max() <= 1e-10 * size)
-        if not off <= 1e-10 and (worst is None or off > error):
-            error, worst = off, (x, v)
-    sign = "gradient" if worst is not None and negative else None
-    x0, v0 = states[0]
-    points = np.array([x for x, _ in states])
-    by_position = check_jacobian(lambda x: force(x, v0), lambda x: jacobian_x(x, v0), points, block=dimension)
-    by_velocity = None
-    if jacobian_v is not None:
-        speeds = np.array([v for _, v in states])
-        by_velocity = check_jacobian(lambda v: force(x0, v), lambda v: jacobian_v(x0, v), speeds, block=dimension)
-    return ForceReport(error, worst, sign, by_position, by_velocity)
-
-
-def _states(dimension: int, length: float, rng: np.random.Generator) -> list[tuple[np.ndarray, np.ndarray]]:
-    states = []
-    for stretch in (None, None, None, 0.01, 0.75, 1.0, 1.5, 100.0):
-        a, d = rng.uniform(-1, 1, dimension), rng.normal(size=dimension)
-        d *= (rng.uniform(0.5, 3.0) if stretch is None else stretch * length) / np.linalg.norm(d)
-        states.append((np.concatenate([a, a + d]), rng.normal(size=2 * dimension)))
-    axis = np.zeros(2 * dimension)
-    axis[dimension] = 1.3
-    states.append((axis, rng.normal(size=2 * dimension)))
-    x, _ = states[0]
-    d = x[dimension:] - x[:dimension]
-    across = np.zeros(dimension)
-    across[0], across[1] = -d[1], d[0]
-    for relative in (np.zeros(dimension), d, across):
-        states.append((x, np.concatenate([np.zeros(dimension), relative])))
-    return states
+    if dimension not in (2, 3):
+        raise ValueError(f"the dimension is {dimension}; it must be 2 or 3")
+    functions = [_with_element(of, flat) for of, flat in ((force, True), (jacobian_x, False), (jacobian_v, False))]
+    known = next((of for of in _native.forces() if of["kind"] in (kind, f"{kind}force")), None)
+    if known is not None and not all(takes for function, takes in functions if function):
+        shown = [of for of in known["parameters"] if dimension == 3 or not of["three_dimensional"]]
+        absent = [of for of in shown if not {of["name"], of["meaning"].replace(" ", "_")} & set(parameters)]
+        missing = ", ".join(of["name"] for of in absent if of["required"])
+        if missing:
+            raise ValueError(f"a function of (x, v) has fixed parameters: give {missing}, or let it take (x, v, p)")
+        parameters.update({of["name"]: of["default"] for of in absent if of["default"] is not None})
+    by_x, by_v = functions[1][0], functions[2][0]
+    of_energy = None
+    if energy is not None:
+        of_state = _with_element(energy, True)[0]
+        of_energy = lambda x, v, p: float(of_state(x, v, p)[0])
+    arguments = {name: float(value) for name, value in parameters.items()}
+    found = _native.check_force(
+        functions[0][0], (by_x, by_v), of_energy, kind, dimension, arguments, [float(mass) for mass in masses], (states, seed)
+    )  # fmt: skip
+    return ForceReport(**found)

@@ -27,7 +27,7 @@ cross() {
         clang=$(compgen -c clang- | sort -V | grep -m1 -E '^clang-[0-9]+$')
         mkdir -p "$tools"
         "$clang" --target=wasm32-wasi -isystem /usr/include/wasm32-wasi -Os -c web/compat.c -o "$tools/compat.o"
-        printf '#!/bin/sh\nexec %s "$@" %s\n' "$(PATH=${PATH#$tools:} command -v wasm-ld)" "$tools/compat.o" >"$tools/wasm-ld"
+        printf '#!/bin/sh\nexec %s "$@" --strip-all %s\n' "$(PATH=${PATH#$tools:} command -v wasm-ld)" "$tools/compat.o" >"$tools/wasm-ld"
         chmod +x "$tools/wasm-ld"
         flags=(-C linker-flavor=wasm-ld -C linker=wasm-ld -C link-self-contained=no
             -C link-arg=-L/usr/lib/wasm32-wasi -C link-arg=/usr/lib/wasm32-wasi/crt1-command.o) ;;

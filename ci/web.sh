@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 . ci/cross.sh
 
 target=wasm32-wasip1
-profile=${WEB_PROFILE:-web}
+profile=${WEB_PROFILE:-release}
 echo "+ cargo build --profile $profile --target $target --bin grade"
 cross build $target --profile "$profile" --bin grade
 program=target/$target/$profile/grade.wasm

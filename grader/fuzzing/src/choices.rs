@@ -51,14 +51,17 @@ impl Choices {
 
     /// A number below `n`, which is at least 1.
     pub fn below(&mut self, n: usize) -> usize {
-        let n = n.max(1) as u64;
+        self.choose(n.max(1) as u64) as usize
+    }
+
+    fn choose(&mut self, n: u64) -> u64 {
         let choice = match (self.planned.get(self.made.len()), &mut self.random) {
             (Some(planned), _) => planned % n,
             (None, Some(random)) => random.u64(0..n),
             (None, None) => 0,
         };
         self.made.push(choice);
-        choice as usize
+        choice
     }
 
     /// One of these.
@@ -77,7 +80,7 @@ impl Choices {
 
     /// A number from 0 to below 1.
     pub fn unit(&mut self) -> f64 {
-        self.below(1 << BITS) as f64 / (1_u64 << BITS) as f64
+        self.choose(1 << BITS) as f64 / (1_u64 << BITS) as f64
     }
 
     /// Permutes a list.

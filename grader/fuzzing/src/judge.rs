@@ -15,6 +15,7 @@ use grader::grading::refusal;
 use grader::submission::StateSource;
 use grader::submission::program::{Program, SceneSource};
 use grader::verdict::{Failure, Fault, Quantity, Verdict};
+use reference::second::{Second, Style};
 use scene::Scene;
 use scene::trace::{Shape, State};
 use simulator::simulation::Simulation;
@@ -27,6 +28,8 @@ pub struct Strictness {
     /// Ratio of a residual to its tolerance from which a program is wrong. The tolerance is already ten times the largest
     /// difference of two dozen right programs; a million scenes have rarer differences than they show.
     pub clear: f64,
+    /// The same under a method without a second implementation: its envelope lacks other formulas.
+    pub clear_alone: f64,
     /// Largest tolerance, relative to the size of the motion, of a scene that is used.
     pub sensitive: f64,
     /// Largest number of a motion that is used.
@@ -41,7 +44,14 @@ pub struct Strictness {
 
 impl Default for Strictness {
     fn default() -> Self {
-        Self { clear: 10.0, sensitive: 1e-7, large: 1e6, iterations: 8, amplification: 1e3 }
+        Self {
+            clear: 10.0,
+            clear_alone: 1e4,
+            sensitive: 1e-7,
+            large: 1e6,
+            iterations: 8,
+            amplification: 1e3,
+        }
     }
 }
 
@@ -226,7 +236,9 @@ impl Judge {
         if diagnosis::roots::solve_all(scene, &wrong.states) {
             return Judgement::Tells(Nothing::OtherRoot);
         }
-        if used < self.strictness.clear {
+        let is_alone = Second::new(scene, Style::default(), 0).is_none();
+        let Strictness { clear, clear_alone, .. } = self.strictness;
+        if used < if is_alone { clear_alone } else { clear } {
             return Judgement::Tells(Nothing::Close);
         }
         Judgement::Wrong(Box::new(Wrong { comparison, ..wrong }))

@@ -8,7 +8,7 @@
 //! images and factors of 2 are exact in floating point, so that nothing but the order of sums differs. What breaks says what a
 //! program treats differently, even where no cause is proven.
 
-use scene::schema::{Masses, ParameterSchema};
+use scene::schema::{Convergence, Masses, ParameterSchema};
 use scene::trace::State;
 use scene::{ForceElement, Scene};
 
@@ -108,24 +108,7 @@ impl Symmetry {
                 of_edges.chain(of_forces).for_each(|number| *number = last - *number);
             }
             Self::Reordering => other.forces.reverse(),
-            Self::SideBySide => {
-                let (particles, edges) = (scene.particles.len(), scene.edges.len());
-                other.particles.extend(scene.particles.iter().cloned().map(|mut particle| {
-                    particle.position[0] += APART;
-                    particle
-                }));
-                other.edges.extend(scene.edges.iter().cloned().map(|mut edge| {
-                    edge.particles = edge.particles.map(|number| number + particles);
-                    edge
-                }));
-                let between = scene.forces.iter().filter(|force| !force.schema.stencil.is_field());
-                other.forces.extend(between.cloned().map(|mut force| {
-                    force.particles.iter_mut().for_each(|number| *number += particles);
-                    force.edge = force.edge.map(|edge| edge + edges);
-                    Self::Translation.shift_undeformed(&mut force, APART);
-                    force
-                }));
-            }
+            Self::SideBySide => other = copies(scene, 2),
             Self::Masses => {
                 other.particles.iter_mut().for_each(|particle| particle.mass *= 2.0);
                 for element in &mut other.forces {
@@ -186,11 +169,28 @@ impl Symmetry {
         }
     }
 
-    fn shift_undeformed(self, element: &mut ForceElement, by: f64) {
-        for (parameter, value) in element.schema.parameters.iter().zip(&mut element.parameters) {
-            if parameter.coordinate.is_some_and(|coordinate| coordinate.axis == 0) {
-                *value += by;
-            }
+    /// Whether the laws of the forces in a scene have it, by the facts of the registries.
+    fn holds(self, scene: &Scene) -> bool {
+        let has_no_place = scene.forces.iter().all(|force| {
+            let schema = force.schema;
+            !(schema.stencil.is_field() && schema.depends_on().position)
+        });
+        let has_mirror_image = scene.forces.iter().all(|force| {
+            // The sign of an angle is that of an orientation.
+            let is_angle = force.schema.stencil.size() > 2 && force.undeformed().is_empty();
+            force.is_variational() && !is_angle
+        });
+        // Error control measures components, relative to their size.
+        let is_controlled = matches!(scene.integrator.convergence, Convergence::ErrorEstimate(_));
+        match self {
+            Self::Translation | Self::Rotation | Self::SideBySide => has_no_place && !is_controlled,
+            Self::Mirror => has_no_place && has_mirror_image,
+            Self::Renumbering | Self::Reordering => true,
+            // A part that several parameters scale is a product of them.
+            Self::Masses => scene.forces.iter().all(|force| {
+                force.schema.parts.iter().all(|part| part.scaled_by.len() == 1)
+                    && force.is_variational()
+            }),
         }
     }
 
@@ -229,6 +229,53 @@ const SHIFT: [f64; 2] = [4.0, -2.0];
 
 /// The distance of a copy.
 const APART: f64 = 64.0;
+
+/// The scene so many times, side by side.
+pub(crate) fn copies(scene: &Scene, count: usize) -> Scene {
+    let mut all = scene.clone();
+    all.forces.retain(|force| force.schema.stencil.is_field());
+    (all.particles, all.edges) = (Vec::new(), Vec::new());
+    for copy in 0..count {
+        let (particles, edges) = (all.particles.len(), all.edges.len());
+        let by = APART * copy as f64;
+        all.particles.extend(scene.particles.iter().cloned().map(|mut particle| {
+            particle.position[0] += by;
+            particle
+        }));
+        all.edges.extend(scene.edges.iter().cloned().map(|mut edge| {
+            edge.particles = edge.particles.map(|number| number + particles);
+            edge
+        }));
+        let between = scene.forces.iter().filter(|force| !force.schema.stencil.is_field());
+        all.forces.extend(between.cloned().map(|mut force| {
+            force.particles.iter_mut().for_each(|number| *number += particles);
+            force.edge = force.edge.map(|edge| edge + edges);
+            let parameters = force.schema.parameters.iter().zip(&mut force.parameters);
+            for (_, value) in parameters.filter(|(schema, _)| {
+                schema.coordinate.is_some_and(|coordinate| coordinate.axis == 0)
+            }) {
+                *value += by;
+            }
+            force
+        }));
+    }
+    all
+}
+
+/// A symmetry that the laws of a scene have and our own simulator, with these states, does not.
+pub(crate) fn broken_by_ours(judge: &Judge, scene: &Scene, states: &[State]) -> Option<Symmetry> {
+    let is_broken = |symmetry: &Symmetry| {
+        if !symmetry.holds(scene) {
+            return false;
+        }
+        let other = symmetry.of(scene);
+        let expected = symmetry.states(scene, states);
+        let Ok(ours) = simulate(&other) else { return false };
+        let found = judge.judge_states(&other, &expected, || Ok(Box::new(Held::of(ours))));
+        matches!(found, Judgement::Wrong(_))
+    };
+    Symmetry::ALL.into_iter().find(is_broken)
+}
 
 /// The symmetries that a subject breaks in a scene in which it has these states.
 pub fn broken(

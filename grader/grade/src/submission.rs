@@ -74,7 +74,9 @@ const UNPROTECTED: &str = "\n  help: --unprotected runs programs without protect
 
 /// The strongest sandbox of this system.
 pub(super) fn strongest() -> Result<Sandbox, String> {
-    let launcher = std::env::current_exe().map_err(|error| error.to_string())?;
+    let launcher = std::env::current_exe();
+    let launcher = if Sandbox::IS_OFFERED { launcher } else { Ok(PathBuf::new()) };
+    let launcher = launcher.map_err(|error| error.to_string())?;
     Sandbox::open(&launcher).map_err(|error| error.to_string())
 }
 
@@ -237,15 +239,11 @@ pub(super) fn open_program(
         let path = path.display();
         return Err(Stop::bad_input(format!("{path}: file or folder not found")));
     }
-    // Where there is no sandbox, people grade what is theirs; and traces are read, not run.
-    if !Sandbox::IS_OFFERED
-        && opening.pack.is_none()
-        && let Ok(Located::Traces { folder, received }) =
-            Located::of(path, opening.suite, &Sandbox::Unprotected)
-    {
-        return Ok((Submission::Traces { name: path.into(), folder, received }, Vec::new()));
-    }
-    let (runner, protections) = opening.run.runner(opening.rubric)?;
+    let (runner, protections) = if is_run(path, opening) {
+        opening.run.runner(opening.rubric)?
+    } else {
+        (Runner::new(Sandbox::Unprotected, opening.rubric.limits(), Vec::new()), Vec::new())
+    };
     let absolute = scene::input::real_path(path).map_err(Stop::about(path))?;
     check_readable(&runner, &absolute, opening, (secrets, &protections))?;
     match open(path, &path.into(), runner, opening) {
@@ -256,6 +254,14 @@ pub(super) fn open_program(
         }
         Err(NotOpened::Fault(message)) => Err(Stop::fault(message)),
     }
+}
+
+/// Whether the submission at `path` may be run, where there is no sandbox: traces are read, and there they are the reader's own.
+fn is_run(path: &Path, opening: Opening<'_>) -> bool {
+    let located = || Located::of(path, opening.suite, &Sandbox::Unprotected);
+    Sandbox::IS_OFFERED
+        || opening.pack.is_some()
+        || matches!(located(), Ok(Located::Program | Located::Manifest { .. }))
 }
 
 /// Checks that a submission at `path` can read no secret.

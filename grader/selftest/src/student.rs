@@ -328,10 +328,10 @@ pub fn knows(scene: &Scene) -> bool {
             let is_plain = scene.integrator_options.choice("acceleration") == "none";
             is_plain && (is_plane || scene.dimension == Dimension::Three)
         }
-        // The student has no energies of elastic bodies.
         _ if is_minimised(scene) => {
-            is_plane
-                && scene.forces.iter().all(|of| ![BAR, HINGE, TRIANGLE].contains(&of.schema.tag))
+            let has_energy =
+                |of: &ForceElement| projected_newton::ENERGIES.contains(&of.schema.tag);
+            is_plane && scene.forces.iter().all(has_energy)
         }
         _ => is_plane,
     }

@@ -390,7 +390,7 @@ fn parent_and_name(path: &Path) -> io::Result<(Folder, OsString)> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    Ok((Folder::open(parent)?, path.file_name().unwrap_or(OsStr::new(".")).to_owned()))
+    Ok((Folder::at(parent)?, path.file_name().unwrap_or(OsStr::new(".")).to_owned()))
 }
 
 /// The path for messages.
@@ -422,7 +422,7 @@ mod tests {
 
     /// A chain of folders whose path is too long for the system.
     fn nest(folder: &Path, levels: usize) {
-        let mut folder = Folder::open(folder).unwrap();
+        let mut folder = Folder::at(folder).unwrap();
         for _ in 0..levels {
             folder = folder.make_folder("d".as_ref()).unwrap();
         }
@@ -479,7 +479,7 @@ mod tests {
         for number in 0..20 {
             File::create(folder.path().join(number.to_string())).unwrap();
         }
-        let inner = Folder::open(folder.path()).unwrap();
+        let inner = Folder::at(folder.path()).unwrap();
         assert_eq!(inner.names(20).unwrap().len(), 20);
         assert_eq!(inner.names(7).unwrap().len(), 8);
     }

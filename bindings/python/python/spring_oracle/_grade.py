@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,8 @@ class GradeError(RuntimeError):
 
 def _program(grade: str | os.PathLike | None) -> str:
     given = grade or os.environ.get("SPRING_ORACLE_GRADE")
-    found = shutil.which(os.fspath(given or "grade"))
+    # A wheel may bring the program, beside the interpreter.
+    found = shutil.which(os.fspath(given or "grade")) or (None if given else shutil.which("grade", path=os.path.dirname(sys.executable)))
     if found is None:
         where = f"{given} is not a program" if given else "the program grade is not on the PATH"
         raise GradeError(f"{where}: cargo install --path grader/grade, or give its path as grade=… or in SPRING_ORACLE_GRADE")

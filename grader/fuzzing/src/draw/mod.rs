@@ -32,6 +32,9 @@ pub const MOST_PARTICLES: usize = 40;
 /// The most steps of a drawn scene.
 pub const MOST_STEPS: usize = 120;
 
+/// The most states of particles in a scene.
+const MOST_PLACES: usize = 300;
+
 /// The most elements of one kind of force.
 const MOST_ELEMENTS: usize = 12;
 
@@ -160,9 +163,9 @@ fn particles(scene: &mut Scene, count: usize, choices: &mut Choices) {
         let before = &scene.particles[..number];
         let mass = values::mass(before, choices);
         let (mut position, mut velocity) = ([0.0; 3], [0.0; 3]);
-        for axis in 0..axes {
+        for (axis, value) in position.iter_mut().enumerate().take(axes) {
             let others: Vec<f64> = before.iter().map(|other| other.position[axis]).collect();
-            position[axis] = values::coordinate(size, &others, choices);
+            *value = values::coordinate(size, &others, choices);
         }
         if !is_still && !choices.chance(2) {
             for value in &mut velocity[..axes] {
@@ -268,6 +271,8 @@ fn time(scene: &mut Scene, choices: &mut Choices) {
         10..=14 => 4 + choices.below(17),
         _ => 20 + choices.below(MOST_STEPS - 19),
     };
+    // A long run of many particles shows what shorter or smaller ones do.
+    let count = count.min(MOST_PLACES / scene.particles.len()).max(1);
     let is_cut = choices.chance(4);
     let share = if is_cut { choices.one_of(&[0.5, 0.25, 0.8]) } else { 0.0 };
     let mut duration = (count as f64 - share) * step;

@@ -74,7 +74,7 @@ const WAYS: [&str; 9] = [
     "File::options(",
     ".read(true)",
     "files::open_regular(",
-    "Folder::open(",
+    "Folder::at(",
     "from_path(",
 ];
 

@@ -20,7 +20,7 @@ impl Folder {
     ///
     /// # Errors
     /// If it is none.
-    pub fn open(path: &Path) -> io::Result<Self> {
+    pub fn at(path: &Path) -> io::Result<Self> {
         match fs::metadata(path)?.is_dir() {
             true => Ok(Self(path.to_path_buf())),
             false => Err(io::ErrorKind::NotADirectory.into()),

@@ -32,7 +32,7 @@ impl Folder {
     ///
     /// # Errors
     /// If it cannot be opened.
-    pub fn open(path: &Path) -> io::Result<Self> {
+    pub fn at(path: &Path) -> io::Result<Self> {
         Ok(Self(openat(CWD, path, FOLDER - OFlags::NOFOLLOW, Mode::empty())?))
     }
 

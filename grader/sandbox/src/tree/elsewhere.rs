@@ -22,7 +22,7 @@ pub(crate) type Opened = Folder;
 
 /// Opens a folder.
 pub(crate) fn open_folder(path: &Path) -> io::Result<Opened> {
-    Folder::open(path)
+    Folder::at(path)
 }
 
 /// Copies the regular file `name` of a folder to `to`.

@@ -16,6 +16,10 @@ use nalgebra::{DMatrix, DVector, Matrix4};
 
 use super::{Blocks, Coefficient, Parameters, Plane, Vec2};
 
+/// The forces whose energies the student has.
+pub(super) const ENERGIES: [&str; 5] =
+    ["springforce", "greenspringforce", "simplegravity", "constantforce", "dragdamping"];
+
 /// Maximum number of iterations of a step: twice those of the hardest scene.
 const MAX_ITERATIONS: usize = 100;
 
@@ -214,7 +218,7 @@ impl Plane {
                 "dragdamping" => free.for_each(|(i, _)| {
                     sum.add(self.scene.time_step * 0.5 * p["b"] * u[i].norm_squared());
                 }),
-                tag => panic!("the student knows no energy of {tag}"),
+                tag => unreachable!("the student knows no energy of {tag}"),
             }
         }
         sum

@@ -24,7 +24,7 @@ impl Place {
     /// If a folder on the way cannot be opened, or is a link; or if the path is absolute or has a `..`.
     pub(crate) fn open(base: &Path, below: &Path) -> Result<Self, HandInError> {
         let base = if base.as_os_str().is_empty() { Path::new(".") } else { base };
-        let folder = Folder::open(base).map_err(|error| unreadable(base.as_os_str(), error))?;
+        let folder = Folder::at(base).map_err(|error| unreadable(base.as_os_str(), error))?;
         Self::descend(folder, below)
     }
 

@@ -210,10 +210,10 @@ impl Model {
         let [of_old, of_new] = self.position_rule();
         for first in (0..self.mass.len()).step_by(self.dimension) {
             let force = self.force(&Point::new(&state.positions, &state.velocities, time));
-            for dof in first..first + self.dimension {
+            for (dof, force) in force.iter().enumerate().skip(first).take(self.dimension) {
                 let old = state.velocities[dof];
                 if !self.is_held(dof) {
-                    let given = self.force_coefficient(self.mass[dof]) * force[dof];
+                    let given = self.force_coefficient(self.mass[dof]) * force;
                     state.velocities[dof] += given / self.mass[dof];
                 }
                 state.positions[dof] += of_old * old + of_new * state.velocities[dof];

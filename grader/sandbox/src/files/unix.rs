@@ -21,7 +21,7 @@ const FOLDER: OFlags =
     OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
 
 /// Bits of a mode that let anybody execute a file.
-const EXECUTABLE: u32 = 0o111;
+const EXECUTABLE: Mode = Mode::XUSR.union(Mode::XGRP).union(Mode::XOTH);
 
 /// An open folder.
 #[derive(Debug)]
@@ -162,14 +162,14 @@ fn facts(stat: &Stat) -> Facts {
     Facts {
         kind,
         size: u64::try_from(stat.st_size).unwrap_or(0),
-        is_executable: u32::from(stat.st_mode) & EXECUTABLE != 0,
+        is_executable: Mode::from_raw_mode(stat.st_mode).intersects(EXECUTABLE),
         modified: stat.st_mtime,
     }
 }
 
 /// Whether any user may execute the file at this path, which has this metadata.
 pub fn is_executable(_path: &Path, metadata: &Metadata) -> bool {
-    metadata.mode() & EXECUTABLE != 0
+    metadata.mode() & 0o111 != 0
 }
 
 /// Lets everybody execute a file.

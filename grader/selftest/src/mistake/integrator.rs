@@ -110,15 +110,6 @@ fn in_linearized() -> Vec<Mistake> {
         of.mistake("no ∂F/∂x", |s| s.linearized.matrix = |m, _, dv, h| m - h * dv),
         of.mistake("no ∂F/∂v", |s| s.linearized.matrix = |m, dx, _, h| m - h * h * dx),
         of.mistake("no Jacobians at all", |s| s.linearized.matrix = |m, _, _, _| m),
-        of.mistake("a solver for symmetric matrices, by the lower triangle", |s| {
-            s.linearized.solved = |a, row, column| a[(row.max(column), row.min(column))];
-        }),
-        of.mistake("a solver for symmetric matrices, by the upper triangle", |s| {
-            s.linearized.solved = |a, row, column| a[(row.min(column), row.max(column))];
-        }),
-        of.mistake("the matrix transposed", |s| {
-            s.linearized.solved = |a, row, column| a[(column, row)];
-        }),
         of.mistake("the blocks on the diagonal of the matrix alone", |s| {
             s.linearized.solved =
                 |a, row, column| if row / 2 == column / 2 { a[(row, column)] } else { 0.0 };

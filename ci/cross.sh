@@ -1,7 +1,7 @@
 # For other scripts: `cross COMMAND TARGET ARGUMENTS…` calls cargo for another system. Where rustup has the target, it is
 # used; otherwise Debian's rustc-web builds the standard library from rust-web-src.
 
-TARGETS=(x86_64-pc-windows-gnu aarch64-apple-darwin aarch64-unknown-linux-gnu wasm32-unknown-unknown wasm32-wasip1)
+TARGETS=(x86_64-pc-windows-gnu aarch64-apple-darwin aarch64-unknown-linux-gnu wasm32-wasip1)
 
 # Artefacts of another compiler stay apart.
 CROSS_FOLDER=${CROSS_FOLDER:-target/cross}
@@ -13,8 +13,6 @@ cross() {
     local command=$1 target=$2
     shift 2
     local flags=() tools=
-    # A page without WASI has no system, and so no random numbers.
-    [ "$target" != wasm32-unknown-unknown ] || flags=(--cfg 'getrandom_backend="unsupported"')
     if rustc -vV | grep -qx "host: $target" || rustup target list --installed 2>/dev/null | grep -qx "$target"; then
         RUSTFLAGS="${flags[*]}" cargo "$command" --locked --quiet --target "$target" "$@"
         return

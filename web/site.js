@@ -41,9 +41,17 @@ class Site {
       });
     }
     document.addEventListener("drop", async (event) => {
-      const entries = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+      // Items are gone after the first wait. Of a page in a file, Chromium reads folders by handles alone.
+      const items = [...event.dataTransfer.items].filter((item) => item.kind === "file").map((item) => ({
+        handle: item.getAsFileSystemHandle?.(), entry: item.webkitGetAsEntry?.(), file: item.getAsFile(),
+      }));
       const found = [];
-      for (const entry of entries) await Site.walk(entry, "", found);
+      try {
+        for (const item of items) await Site.collect(item, found);
+      } catch (error) {
+        this.refuse(`What was dropped could not be read: ${error.message} Choose it by a button.`);
+        return;
+      }
       if (found.length) this.take(found);
     });
     this.assignment.addEventListener("change", () => this.last && this.take(this.last));
@@ -55,7 +63,24 @@ class Site {
     document.getElementById("grade").addEventListener("submit", stop);
   }
 
-  /* The files of an entry that was dropped. */
+  /* The files of an item that was dropped. */
+  static async collect({ handle, entry, file }, found) {
+    const folder = await handle;
+    if (folder?.kind === "directory") await Site.enter(folder, "", found);
+    else if (entry?.isDirectory) await Site.walk(entry, "", found);
+    else if (file) found.push({ path: file.name, file });
+  }
+
+  /* The files of a folder, by handles. */
+  static async enter(folder, below, found) {
+    const path = `${below}${folder.name}/`;
+    for await (const inner of folder.values()) {
+      if (inner.kind === "directory") await Site.enter(inner, path, found);
+      else found.push({ path: `${path}${inner.name}`, file: await inner.getFile() });
+    }
+  }
+
+  /* The same by entries. */
   static async walk(entry, below, found) {
     const path = `${below}${entry.name}`;
     if (entry.isFile) {

@@ -95,10 +95,14 @@ async function main(executable) {
   await choose("files", single, "failed");
   assert.match(await page.textContent("#text"), new RegExp(SCENE.split("/")[1]));
 
-  // Wrong files: each is refused in words.
-  for (const [name, words] of [["notes.txt", /no submission|no trace/], ["cut.csv", /No scene has this name/], ["hostile.zip", /archive/]]) {
-    await choose("files", path.join(work, name), "refused");
-    assert.match(await page.textContent("#refused"), words, name);
+  // Wrong files: each is refused in words; of an archive, these are in the report.
+  for (const [name, words, state, place] of [
+    ["notes.txt", /no submission|no trace/, "refused", "#refused"],
+    ["cut.csv", /No scene has this name/, "refused", "#refused"],
+    ["hostile.zip", /archive/, "failed", "#text"],
+  ]) {
+    await choose("files", path.join(work, name), state);
+    assert.match(await page.textContent(place), words, name);
   }
   await shot("refused");
 

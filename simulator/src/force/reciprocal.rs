@@ -42,9 +42,15 @@ pub(super) fn reciprocal<S: Simd>(simd: S, b: S::f64s, exact: &mut S::m64s) -> S
 }
 
 /// Estimates of the reciprocals, on processors that have them.
+#[cfg(not(target_arch = "x86_64"))]
+fn estimate<S: Simd>(_simd: S, _b: S::f64s) -> Option<S::f64s> {
+    None
+}
+
+/// Estimates of the reciprocals, on processors that have them.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn estimate<S: Simd>(simd: S, b: S::f64s) -> Option<S::f64s> {
-    #[cfg(target_arch = "x86_64")]
     if let Some(simd) = (&simd as &dyn std::any::Any).downcast_ref::<pulp::x86::V4>() {
         let estimate = simd.avx512f._mm512_rcp14_pd(pulp::bytemuck::cast(b));
         return Some(pulp::bytemuck::cast(estimate));

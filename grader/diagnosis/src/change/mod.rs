@@ -97,7 +97,16 @@ const SUBSTITUTES: [&str; 2] = ["explicit-euler", "symplectic-euler"];
 impl Change {
     /// Whether it can have an effect on the steps of `scene`.
     pub fn acts_in(&self, scene: &Scene) -> bool {
-        let has = |term: &Term| scene.forces.iter().any(|element| element.schema.tag == term.tag);
+        // A wrong formula, or a scene that is read wrongly, may have the part where it is not.
+        let is_anywhere =
+            matches!(self.effect, Effect::Formula(..) | Effect::Derived(..) | Effect::Scene(_));
+        let has = |term: &Term| {
+            scene.forces.iter().filter(|element| element.schema.tag == term.tag).any(|element| {
+                is_anywhere
+                    || term.part.is_empty()
+                    || element.has_part(term.schema().part(term.part))
+            })
+        };
         let implicit = || scene.integrator.matrix == Matrix::Jacobians;
         match (&self.effect, self.place) {
             (Effect::Rounds(rule), _) => is_of_rounds(scene) && rule.acts_in(scene),

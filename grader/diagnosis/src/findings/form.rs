@@ -416,7 +416,7 @@ fn in_digits(context: &[ContextRow]) -> Option<Kind> {
     let scale = pairs().fold(0.0, |most: f64, (expected, _)| most.max(expected.abs()));
     let single =
         pairs().all(|(expected, got)| is_single(*got) && (expected - got).abs() <= NEARLY * scale);
-    let single = single && pairs().any(|(expected, _)| !is_single(*expected));
+    let single = single && pairs().any(|(expected, _)| f64::from(*expected as f32) != *expected);
     single.then_some(Kind::Single)
 }
 

@@ -334,7 +334,7 @@ impl Tested<'_> {
                 None => kinds.push((key, vec![number])),
             }
         }
-        // A kind with a cause is told first, then the most frequent.
+        // The most frequent kind first.
         kinds.sort_by_key(|(_, scenes)| std::cmp::Reverse(scenes.len()));
         let mut all: Vec<Discovery> = Vec::new();
         let mut further = 0;

@@ -67,7 +67,7 @@ impl Choices {
     /// One of these.
     ///
     /// # Panics
-    /// If there are none.
+    /// If the list is empty.
     pub fn one_of<T: Copy>(&mut self, all: &[T]) -> T {
         all[self.below(all.len())]
     }

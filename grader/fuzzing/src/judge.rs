@@ -122,7 +122,7 @@ pub struct Run {
 pub struct Wrong {
     /// The failure.
     pub failure: Failure,
-    /// The comparison; without states if there are none.
+    /// The comparison of its states with ours; it counts no state where the program has none.
     pub comparison: Comparison,
     /// The program's finite states.
     pub states: Vec<State>,

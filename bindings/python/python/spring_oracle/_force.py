@@ -9,7 +9,7 @@ from typing import Any, Callable, Sequence
 import numpy as np
 
 from . import _native
-from ._check import _array
+from ._check import _array, _vector
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,8 @@ def _with_element(function: Callable | None, flat: bool) -> tuple[Callable | Non
         # A function of two arguments, or one written in C, without a signature.
         takes = False
     call = function if takes else (lambda x, v, _: function(x, v))
-    shaped = (lambda x, v, p: _array(call(x, v, p)).ravel()) if flat else (lambda x, v, p: _array(call(x, v, p)))
-    return shaped, takes
+    shape = _vector if flat else _array
+    return (lambda x, v, p: shape(call(x, v, p))), takes
 
 
 def check_force(

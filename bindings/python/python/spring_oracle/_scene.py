@@ -10,6 +10,7 @@ from typing import Any, Sequence
 import numpy as np
 
 from . import _native
+from ._check import _array, _vector
 
 #: The course's own tolerances: of each residual, and of their sum.
 COURSE = (1e-10, 1e-6)
@@ -81,8 +82,7 @@ class Scene:
     def laws(self, x: Any = None, v: Any = None, time: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The force on all particles, its Jacobian by position and that by velocity, by the reference laws, at a state (the first)."""
         x, v = (self.positions if x is None else x), (self.velocities if v is None else v)
-        flat = (np.ascontiguousarray(array, dtype=np.float64).ravel() for array in (x, v))
-        return self._native.laws(*flat, time)
+        return self._native.laws(_vector(x), _vector(v), time)
 
     name = property(lambda self: self._native.name, doc="The name in messages.")
     description = property(lambda self: self._native.description, doc="The description of the file.")
@@ -147,8 +147,7 @@ class Trace:
         """Kinetic and potential energy[step]. The trace must have a scene."""
         if self.scene is None:
             raise ValueError("the energy depends on the scene: load_trace(path, scene)")
-        arrays = (np.ascontiguousarray(array) for array in (self.positions, self.velocities))
-        return self.scene._native.energies(*arrays)
+        return self.scene._native.energies(_array(self.positions), _array(self.velocities))
 
     def to_pandas(self) -> Any:
         """A table with the columns of trace files: step, time, x0, y0, vx0, …"""
@@ -236,6 +235,6 @@ class Comparison:
 def compare(trace: Trace, oracle: Trace, tolerances: tuple[float, float] = COURSE) -> Comparison:
     """Compares a trace with the oracle's by the grader's comparison. `tolerances` are of each residual, and of their sum."""
     step = oracle.scene.time_step if oracle.scene else (oracle.times[1] - oracle.times[0] if len(oracle) > 1 else 1.0)
-    arrays = [np.ascontiguousarray(array, dtype=np.float64) for of in (trace, oracle) for array in (of.positions, of.velocities)]
-    got = (arrays[0], arrays[1] if trace.has_velocities else None)
-    return Comparison(**_native.compare(got, (arrays[2], arrays[3]), float(step), tolerances))
+    got = (_array(trace.positions), _array(trace.velocities) if trace.has_velocities else None)
+    expected = (_array(oracle.positions), _array(oracle.velocities))
+    return Comparison(**_native.compare(got, expected, float(step), tolerances))

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
-use scene::schema::{Masses, StepEquation};
+use scene::schema::{Masses, ParameterSchema, StepEquation};
 use scene::{Dimension, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
@@ -1079,7 +1079,10 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 left_out(Which::NotLastOnEdge, words);
             }
         }
-        for parameter in schema.parameters {
+        let is_of_scene = |parameter: &&ParameterSchema| {
+            !parameter.three_dimensional || scene.dimension == Dimension::Three
+        };
+        for parameter in schema.parameters.iter().filter(is_of_scene) {
             if of_it().any(|element| element.parameter(parameter.name) == 0.0) {
                 let words = format!("{tag} has no effect where {} is 0", parameter.name);
                 left_out(Which::Zero(parameter.name), words);
@@ -1132,10 +1135,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             let words = format!("{tag} takes the number of its edge for that of a particle");
             add(whole, SceneRule::EdgeAsParticle(tag), 2, words);
         }
-        for parameter in schema.parameters {
-            if parameter.three_dimensional && scene.dimension == Dimension::Two {
-                continue;
-            }
+        for parameter in schema.parameters.iter().filter(is_of_scene) {
             let name = parameter.name;
             let place = of_parameter(name);
             for value in [0.0, 1.0] {
@@ -1157,10 +1157,8 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let words = format!("{tag} uses {name} = 1 where it is not given");
                 add(place, SceneRule::Default(tag, name, 1.0), 2, words);
             }
-            for other in schema.parameters.iter().filter(|other| other.name != name) {
-                if other.three_dimensional && scene.dimension == Dimension::Two {
-                    continue;
-                }
+            let others = schema.parameters.iter().filter(is_of_scene);
+            for other in others.filter(|other| other.name != name) {
                 let words = format!("{tag} reads {} in the place of {name}", other.name);
                 add(place, SceneRule::ParameterAs(tag, name, other.name), 2, words);
                 if name < other.name {

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! sum        a term is left out, has the other sign, counts twice or half
-//! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse; a projection is left out
+//! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse;
+//!            a projection is left out
 //! power      another exponent
 //! number     twice or half
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
@@ -121,10 +122,7 @@ fn of_components(node: &Expression) -> Vec<Edit> {
                     "has the {from} component of {node} in the place of its {name} component"
                 );
                 all.push(with(Axes::Scaled(axis, -1.0), negative));
-                all.push(with(
-                    Axes::Scaled(axis, 0.0),
-                    format!("lacks the {name} component of {node}"),
-                ));
+                all.push(with(Axes::Not(axis), format!("lacks the {name} component of {node}")));
                 all.push(with(Axes::Copied(other, axis), copied));
             }
             let by_size = Expression::Applied(Function::BySize, Box::new(node.clone()));

@@ -261,7 +261,8 @@ impl Model {
         Point { x, v: u.to_vec(), time, start }
     }
 
-    /// Where Jacobians are evaluated, at the velocities `u`; `None` where there are none.
+    /// The point at which Jacobians are evaluated for the velocities `u`. `None` in the first step of
+    /// [`Rule::StaleJacobians`](super::Rule::StaleJacobians): its matrix has no Jacobians yet.
     fn jacobian_point(
         &self,
         time: f64,

@@ -12,7 +12,7 @@
 use std::collections::BTreeSet;
 use std::ops::Deref;
 
-use crate::change::{Change, Model, Place};
+use crate::change::{Change, Model, Place, Residual};
 use scene::schema::Convergence;
 use scene::trace::State;
 use scene::{Rendering, Scene};
@@ -225,13 +225,18 @@ impl<'a> SceneEvidence<'a> {
                 shown[usize::from(is_fixed)] |= left.abs() > bound;
             }
             shown[1] |= !holds_otherwise && model.moves_fixed(sample, self.limits.clearly * v);
-            let bound = self.limits.clearly * v * residual.stiffness;
+            let bound = self.momentum_bound(&residual, *v);
             let momentum = residual.momentum.iter().enumerate();
             wrong
                 .extend(momentum.filter(|(_, left)| left.abs() > bound).map(|(dof, _)| dof / axes));
         }
         let [moves_otherwise, moves_fixed] = shown;
         Failing { scene: self.judged.scene, moves_otherwise, moves_fixed, wrong }
+    }
+
+    /// Residual of the momentum from which an equation is off, for this accepted error of velocities.
+    fn momentum_bound(&self, residual: &Residual, noise: f64) -> f64 {
+        self.limits.clearly * noise * residual.stiffness
     }
 
     /// The first fixed particle that does not move by its velocity, in words.
@@ -276,7 +281,7 @@ impl<'a> SceneEvidence<'a> {
         let Evidence { sample, noise: [_, v], .. } =
             self.evidence.iter().find(|evidence| evidence.is_wrong())?;
         let residual = model.residual(sample)?;
-        let bound = self.limits.clearly * v * residual.stiffness;
+        let bound = self.momentum_bound(&residual, *v);
         let momentum = residual.momentum.iter().enumerate();
         let free = momentum.filter(|(dof, _)| !self.scene.particles[dof / axes].fixed);
         let (wrong, mut right): (Vec<_>, Vec<_>) = free.partition(|(_, left)| left.abs() > bound);

@@ -20,7 +20,7 @@ macro_rules! thresholds {
             /// The name of every number.
             pub const ALL: &'static [&'static str] = &[$(stringify!($name),)*];
 
-            /// The number of this name; NaN if there is none.
+            /// The number of this name; NaN for an unknown name.
             pub fn number(&self, name: &str) -> f64 {
                 match name {
                     $(stringify!($name) => self.$name as f64,)*

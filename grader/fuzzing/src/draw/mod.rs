@@ -102,7 +102,7 @@ pub fn draw(scope: &Scope, mut choices: Choices) -> Option<Drawn> {
     Some(Drawn { choices: choices.into_made(), scene, text })
 }
 
-/// The scene in a text; `None` if it is none.
+/// Reads a scene from XML; `None` if the text is not a scene.
 pub fn read(text: &str) -> Option<Scene> {
     let options = ParseOptions { strict: true, ..ParseOptions::default() };
     xml::parse(text, "scene.xml", &vocabulary(), &options).ok().map(|parsed| parsed.scene)

@@ -19,7 +19,7 @@ impl Folder {
     /// The folder at this path, to which links may lead.
     ///
     /// # Errors
-    /// If it is none.
+    /// If the path is not a folder.
     pub fn at(path: &Path) -> io::Result<Self> {
         match fs::metadata(path)?.is_dir() {
             true => Ok(Self(path.to_path_buf())),
@@ -38,7 +38,7 @@ impl Folder {
     /// The folder of this name in it.
     ///
     /// # Errors
-    /// If it is none, or a link.
+    /// If the entry is not a folder; a link is not one.
     pub fn folder(&self, name: &OsStr) -> io::Result<Self> {
         match self.facts(name)?.kind {
             Kind::Folder => Ok(Self(self.0.join(name))),

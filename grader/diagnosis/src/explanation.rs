@@ -1,6 +1,6 @@
 //! One wrong step in full: the states around it, and the equation of the method with the numbers put in.
 
-use crate::change::{Change, Model, Quantity, Term};
+use crate::change::{Change, Memory, Model, Quantity, Term};
 use reference::method::{Method, OnePoint};
 
 use scene::Scene;
@@ -74,7 +74,8 @@ impl Explanation {
         let Evidence { sample, noise, .. } = steps.iter().find(|evidence| evidence.is_wrong())?;
         let model = Model::new(scene, &[]);
         let axes = scene.dimension.count();
-        let stepped = model.step(sample.step, sample.earlier.as_ref(), &sample.before);
+        let earlier = sample.earlier.as_ref();
+        let stepped = model.step(&mut Memory::default(), sample.step, earlier, &sample.before);
         let residual = model.residual(sample);
         let off = |dof: usize| {
             let by_step = stepped.as_ref().map_or(0.0, |stepped| {

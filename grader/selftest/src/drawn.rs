@@ -377,6 +377,8 @@ fn is_it(planted: Feature, named: Feature) -> bool {
         (Feature::Fixed(a), Feature::Fixed(b)) => a == b || a == Family::Any || b == Family::Any,
         // A whole force is each of its parts.
         (Feature::Force(Part::One(a, _)), Feature::Force(Part::All(b))) => a == b,
+        // Where one force alone uses them.
+        (Feature::Helpers, Feature::Force(_)) => true,
         (a, b) => a == b,
     }
 }

@@ -73,6 +73,8 @@ pub(crate) struct Pair {
     pub(crate) x: [Vec2; 2],
     pub(crate) v: [Vec2; 2],
     pub(crate) m: [f64; 2],
+    /// The length of a vector.
+    pub(crate) length: fn(Vec2) -> f64,
 }
 
 impl Pair {
@@ -83,7 +85,7 @@ impl Pair {
 
     /// Distance.
     pub(crate) fn l(&self) -> f64 {
-        self.d().norm()
+        (self.length)(self.d())
     }
 
     /// Unit vector from j to i.
@@ -120,6 +122,8 @@ pub(crate) struct PairForce {
     pub(crate) on_i: PairFormula<Vec2>,
     /// The forces on i and j, from that on i.
     pub(crate) share: fn(Vec2) -> [Vec2; 2],
+    /// The sum of all forces on a particle, with this one.
+    pub(crate) add: fn(Vec2, Vec2) -> Vec2,
 }
 
 /// A Jacobian of a force between two particles.
@@ -131,6 +135,8 @@ pub(crate) struct Jacobian {
     pub(crate) spread: fn(Mat2) -> Blocks,
     /// Block rows and columns of the global matrix for particles i and j.
     pub(crate) place: fn([usize; 2]) -> [usize; 2],
+    /// A block of the global matrix with one of the four, of this row and column.
+    pub(crate) add: fn(Mat2, Mat2, [usize; 2]) -> Mat2,
 }
 
 /// The Jacobian of the drag.
@@ -151,6 +157,21 @@ pub(crate) struct Explicit {
     pub(crate) velocity: fn(Vec2, Vec2, f64, f64) -> Vec2,
     /// The new position: `(q, v, v', h)`.
     pub(crate) position: fn(Vec2, Vec2, Vec2, f64) -> Vec2,
+    /// What it keeps of the steps before.
+    pub(crate) keeps: Keeps,
+}
+
+/// What a step finds in the arrays of the step before.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Keeps {
+    /// They are set to zero.
+    Nothing,
+    /// The forces, which it adds to.
+    Forces,
+    /// The Jacobians, which it adds to.
+    Jacobians,
+    /// The Jacobians of the first step, which it uses.
+    FirstJacobians,
 }
 
 /// Linearized implicit and implicit Euler.
@@ -160,18 +181,24 @@ pub(crate) struct Implicit {
     pub(crate) force_at: fn(Vec2, Vec2, f64) -> Vec2,
     /// Where its Jacobians are evaluated: `(q, u, h)`.
     pub(crate) jacobians_at: fn(Vec2, Vec2, f64) -> Vec2,
+    /// Where ∂F/∂q is evaluated, if elsewhere.
+    pub(crate) dx_at: Option<fn(Vec2, Vec2, f64) -> Vec2>,
     /// An entry of the matrix, of those of the mass matrix and the Jacobians: `(M, ∂F/∂q, ∂F/∂v, h)`.
     pub(crate) matrix: fn(f64, f64, f64, f64) -> f64,
     /// An entry of the right-hand side: `(m, v, u, F, h)`.
     pub(crate) right_hand_side: fn(f64, f64, f64, f64, f64) -> f64,
     /// The entry of the matrix that its solver reads at this row and column.
     pub(crate) solved: fn(&DMatrix<f64>, usize, usize) -> f64,
+    /// The solution of a linear system; `None` where there is none.
+    pub(crate) solve: fn(DMatrix<f64>, &DVector<f64>) -> Option<DVector<f64>>,
     /// The entry of the mass matrix for a mass.
     pub(crate) mass: fn(f64) -> f64,
     /// The new position: `(q, v, v', h)`.
     pub(crate) position: fn(Vec2, Vec2, Vec2, f64) -> Vec2,
     pub(crate) max_iterations: usize,
     pub(crate) tolerance: f64,
+    /// What it keeps of the steps before.
+    pub(crate) keeps: Keeps,
 }
 
 /// Coefficient of a term in a method that minimises: `scale · quantityᵃ · hᵇ`.
@@ -215,6 +242,8 @@ pub(crate) struct Fixed {
 pub struct Student {
     /// Reading of the scene; may change it.
     pub(crate) read: fn(&mut Scene),
+    /// The length of a vector between two particles.
+    pub(crate) length: fn(Vec2) -> f64,
     pub(crate) simple_gravity: BodyForce,
     pub(crate) constant_force: BodyForce,
     pub(crate) drag: BodyForce,
@@ -451,26 +480,37 @@ fn clear(matrix: &mut DMatrix<f64>, right: &mut DVector<f64>, particle: usize, _
 impl Student {
     /// A student without mistakes.
     pub fn faultless() -> Self {
-        let force = |on_i| PairForce { on_i, share: action_and_reaction };
-        let jacobian = |block| Jacobian { block, spread: four_blocks, place: |pair| pair };
+        let force =
+            |on_i| PairForce { on_i, share: action_and_reaction, add: |sum, force| sum + force };
+        let jacobian = |block| Jacobian {
+            block,
+            spread: four_blocks,
+            place: |pair| pair,
+            add: |sum, block, _| sum + block,
+        };
         let explicit = Explicit {
             force_at: |q, _, _| q,
             velocity: |v, f, m, h| v + h / m * f,
             position: |q, old, _, h| q + h * old,
+            keeps: Keeps::Nothing,
         };
         let implicit = Implicit {
             force_at: |q, u, h| q + h * u,
             jacobians_at: |q, u, h| q + h * u,
+            dx_at: None,
             matrix: |m, dx, dv, h| m - (h * h * dx + h * dv),
             right_hand_side: |m, v, u, f, h| -m * (u - v) + h * f,
             solved: |matrix, row, column| matrix[(row, column)],
+            solve: |matrix, right| matrix.lu().solve(right),
             mass: |m| m,
             position: |q, _, new, h| q + h * new,
             max_iterations: MAX_NEWTON_ITERATIONS,
             tolerance: 1e-9,
+            keeps: Keeps::Nothing,
         };
         Self {
             read: |_| (),
+            length: |d| d.norm(),
             simple_gravity,
             constant_force,
             drag,
@@ -581,6 +621,8 @@ struct Plane {
     v: Vec<Vec2>,
     /// Both one step before.
     earlier: Option<[Vec<Vec2>; 2]>,
+    /// Forces and Jacobians that are kept.
+    kept: (Option<Vec<Vec2>>, Option<[DMatrix<f64>; 2]>),
 }
 
 impl Motion for Plane {
@@ -619,6 +661,7 @@ impl Plane {
             v: scene.particles.iter().map(|particle| xy(&particle.velocity)).collect(),
             scene,
             earlier: None,
+            kept: (None, None),
         }
     }
 
@@ -752,6 +795,7 @@ impl Plane {
         let at: Vec<Vec2> =
             self.q.iter().zip(&self.v).map(|(q, v)| (method.force_at)(*q, *v, h)).collect();
         let force = self.force(&at, &self.v);
+        let force = self.kept_force(method.keeps, force);
         let new = (0..self.v.len()).map(|i| {
             let Particle { mass, fixed, .. } = self.scene.particles[i];
             let free = (method.velocity)(self.v[i], force[i], mass, h);
@@ -766,8 +810,13 @@ impl Plane {
         let mut u = self.v.clone();
         for _ in 0..method.max_iterations {
             let force = self.force(&self.ahead(&u, method.force_at), &u);
+            let force = self.kept_force(method.keeps, force);
             let at = self.ahead(&u, method.jacobians_at);
-            let (dx, dv) = self.jacobians(&at, &u, |blocks| blocks);
+            let (mut dx, dv) = self.jacobians(&at, &u, |blocks| blocks);
+            if let Some(at) = method.dx_at {
+                dx = self.jacobians(&self.ahead(&u, at), &u, |blocks| blocks).0;
+            }
+            let [dx, dv] = self.kept_jacobians(method.keeps, [dx, dv]);
             let mass = self.mass_matrix(method.mass);
             let mut matrix = DMatrix::from_fn(2 * u.len(), 2 * u.len(), |row, column| {
                 let entry = (row, column);
@@ -784,7 +833,7 @@ impl Plane {
             let nonsense = || DVector::repeat(2 * u.len(), f64::NAN);
             let read = |row, column| (method.solved)(&matrix, row, column);
             let matrix = DMatrix::from_fn(2 * u.len(), 2 * u.len(), read);
-            let delta = matrix.lu().solve(&right).unwrap_or_else(nonsense);
+            let delta = (method.solve)(matrix, &right).unwrap_or_else(nonsense);
             for (i, u) in u.iter_mut().enumerate() {
                 *u += delta.fixed_rows::<2>(2 * i);
             }
@@ -793,6 +842,25 @@ impl Plane {
             }
         }
         self.finish(u, method.position);
+    }
+
+    fn kept_force(&mut self, keeps: Keeps, mut force: Vec<Vec2>) -> Vec<Vec2> {
+        if keeps == Keeps::Forces {
+            let before = self.kept.0.take().unwrap_or_else(|| vec![Vec2::zeros(); force.len()]);
+            force.iter_mut().zip(before).for_each(|(force, before)| *force += before);
+            self.kept.0 = Some(force.clone());
+        }
+        force
+    }
+
+    fn kept_jacobians(&mut self, keeps: Keeps, new: [DMatrix<f64>; 2]) -> [DMatrix<f64>; 2] {
+        let kept = match (keeps, self.kept.1.take()) {
+            (Keeps::Jacobians, Some([dx, dv])) => [dx + &new[0], dv + &new[1]],
+            (Keeps::FirstJacobians, Some(first)) => first,
+            _ => new,
+        };
+        self.kept.1 = Some(kept.clone());
+        kept
     }
 
     /// The positions at which an implicit method evaluates.
@@ -833,7 +901,8 @@ impl Plane {
 
     fn pair(&self, [i, j]: [usize; 2], q: &[Vec2], v: &[Vec2]) -> Pair {
         let mass = |particle: usize| self.scene.particles[particle].mass;
-        Pair { x: [q[i], q[j]], v: [v[i], v[j]], m: [mass(i), mass(j)] }
+        let length = self.student.length;
+        Pair { x: [q[i], q[j]], v: [v[i], v[j]], m: [mass(i), mass(j)], length }
     }
 
     fn three(&self, element: &ForceElement, q: &[Vec2]) -> Three {
@@ -857,7 +926,7 @@ impl Plane {
         let on_pair = |law: PairForce, ij: [usize; 2], p: &Parameters, force: &mut [Vec2]| {
             let shares = (law.share)((law.on_i)(&self.pair(ij, q, v), p));
             for (i, share) in ij.into_iter().zip(shares) {
-                force[i] += share;
+                force[i] = (law.add)(force[i], share);
             }
         };
         for element in &self.scene.forces {
@@ -908,10 +977,12 @@ impl Plane {
         let of_pair = |law: Jacobian, ij: [usize; 2], p: &Parameters, matrix: &mut DMatrix<f64>| {
             let blocks = made((law.spread)((law.block)(&self.pair(ij, q, v), p)));
             let at = (law.place)(ij);
-            for (row, blocks) in at.into_iter().zip(blocks) {
-                for (column, block) in at.into_iter().zip(blocks) {
-                    add_block(matrix, row, column, &block);
-                }
+            for (place, block) in blocks.into_iter().flatten().enumerate() {
+                let place = [place / 2, place % 2];
+                let [row, column] = place.map(|end| at[end]);
+                let mut view = matrix.fixed_view_mut::<2, 2>(2 * row, 2 * column);
+                let sum = (law.add)(view.clone_owned(), block, place);
+                view.copy_from(&sum);
             }
         };
         for element in &self.scene.forces {

@@ -4,7 +4,7 @@ use diagnosis::change::candidates::Numbered;
 use diagnosis::change::expression::{Direction, Inputs};
 use diagnosis::change::round_changes::of_rounds;
 use diagnosis::change::rounds::is_of_rounds;
-use diagnosis::change::{Change, Model, Place, Sample, Task, Term, edit, forms};
+use diagnosis::change::{Change, Memory, Model, Place, Sample, Task, Term, edit, forms};
 use nalgebra::Vector3;
 use reference::method::Method;
 use scene::Scene;
@@ -16,7 +16,8 @@ use test_support::suite;
 fn is_own_step(scene: &Scene, change: Change) -> Option<bool> {
     let model = Model::new(scene, &[change]);
     let before = model.start();
-    let stepped = model.step(0, None, &before).filter(|stepped| stepped.converged)?;
+    let stepped =
+        model.step(&mut Memory::default(), 0, None, &before).filter(|stepped| stepped.converged)?;
     let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let speed = largest(&stepped.state.velocities).max(largest(&before.velocities)).max(1.0);
     let reach = largest(&stepped.state.positions).max(1.0);
@@ -60,6 +61,7 @@ fn the_derivatives_of_formulas_with_numbers_are_their_differences() {
         d,
         v: [Vector3::new(0.3, -1.1, 0.0), Vector3::new(-0.4, 0.2, 0.0)],
         l: d.norm(),
+        helper: None,
     };
     let (d, step) = (Vector3::new(0.8, -1.3, 0.0), Vector3::new(1e-6, 2e-6, 0.0));
     let mut count = 0;
@@ -88,7 +90,10 @@ fn made(scene: &Scene, changes: &[Change], steps: u64) -> Vec<State> {
     let model = Model::new(scene, changes);
     let mut all = vec![model.start()];
     for step in 0..steps.min(scene.n_steps()) {
-        let Some(stepped) = model.step(step, None, &all[all.len() - 1]) else { break };
+        let Some(stepped) = model.step(&mut Memory::default(), step, None, &all[all.len() - 1])
+        else {
+            break;
+        };
         all.push(stepped.state);
     }
     all

@@ -1,7 +1,7 @@
 //! Findings on traces that a changed model makes, graded as milestone 3: the change itself is named.
 
 use diagnosis::change::candidates;
-use diagnosis::change::{Change, Model, Term};
+use diagnosis::change::{Change, Memory, Model, Term};
 use diagnosis::findings::{Finding, FindingKind};
 use grader::grading;
 use grader::oracle::Oracle;
@@ -32,9 +32,11 @@ impl StateSource for States {
 fn states(scene: &Scene, changes: &[Change]) -> Vec<State> {
     let model = Model::new(scene, changes);
     let mut all = vec![model.start()];
+    let mut memory = Memory::default();
     for step in 0..scene.n_steps() {
         let earlier = all.len().checked_sub(2).map(|before| all[before].clone());
-        let Some(stepped) = model.step(step, earlier.as_ref(), &all[all.len() - 1]) else { break };
+        let before = &all[all.len() - 1];
+        let Some(stepped) = model.step(&mut memory, step, earlier.as_ref(), before) else { break };
         all.push(stepped.state);
     }
     all
@@ -83,6 +85,7 @@ fn candidate(words: &str) -> Change {
         let mut all = candidates::of_fixed(scene);
         all.extend(candidates::of_reading(scene, &[0.01]));
         all.extend(candidates::of_process(scene));
+        all.extend(candidates::of_helpers(scene));
         all.extend(candidates::of_integrator(scene));
         let terms = scene.forces.iter().flat_map(|element| Term::of(element.schema));
         all.extend(terms.flat_map(|term| candidates::of_term(term).to_vec()));
@@ -132,12 +135,42 @@ fn changes_are_identified_from_traces() {
         "springforce's elastic force takes y_i − x_j for y_i − y_j, in its Jacobians as well",
         "dF/dx of springforce's elastic force has the xx entry of its blocks in the place of the yy entry",
         "springforce's damping has v_i − (v_j.x, v_j.x) in the place of w",
+        "explicit-euler: each step adds to the forces of the steps before, not set to zero in between",
+        "linearized-implicit-euler: each step adds to the matrix of the steps before, not set to zero in between",
+        "linearized-implicit-euler: each step uses the Jacobians of the first one",
+        "linearized-implicit-euler: dF/dx is evaluated at x, not x + h v",
+        "linearized-implicit-euler: dF/dx and dF/dv have the wrong sign in the matrix",
+        "springforce's elastic force lacks its y component on the second of two particles",
+        "dF/dx of springforce's elastic force has the wrong sign in the xy entry of its block i j",
+        "the block j j of dF/dx of springforce is assigned, not added",
+        "gravitationalforce overwrites the forces on its first particle of the elements before it, along x alone",
+        "linearized-implicit-euler: the elimination leaves out the last row",
+        "linearized-implicit-euler: back substitution leaves out the unknown next to the diagonal",
+        "linearized-implicit-euler: the elimination takes the absolute value of each row's factor",
+        "implicit-euler: M (u − v) is missing on the right-hand side; Newton's method ends after 50 iterations",
+        "in all forces, lengths have no root: l is d·d",
+        "in all forces, directions are divided by the length twice: n is d/l²",
     ] {
         let found = findings(&[candidate(words)], |states| states);
         let [Finding { kind: FindingKind::Cause, words: named, .. }] = found.as_slice() else {
             panic!("{words}: {found:#?}");
         };
         assert!(named.iter().any(|named| named == words), "{words}: {named:?}");
+    }
+}
+
+#[test]
+fn the_same_rule_of_several_methods_is_said_once() {
+    let rule = "each step adds to the forces of the steps before, not set to zero in between";
+    let methods = ["explicit-euler", "symplectic-euler", "linearized-implicit-euler"];
+    let changes = methods.map(|method| candidate(&format!("{method}: {rule}")));
+    let found = findings(&changes, |states| states);
+    let [Finding { kind: FindingKind::Cause, features, words, .. }] = found.as_slice() else {
+        panic!("{found:#?}");
+    };
+    assert_eq!((features.len(), words.len()), (methods.len(), methods.len()), "{found:#?}");
+    for method in methods {
+        assert!(words.iter().all(|words| words.contains(method) && words.ends_with(rule)));
     }
 }
 

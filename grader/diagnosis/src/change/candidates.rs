@@ -9,14 +9,16 @@ use scene::schema::{Masses, ParameterSchema, StepEquation};
 use scene::{Dimension, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
+use super::elimination::Slip;
 use super::expression::{Expression, Function, Leaf};
 use super::forms::Forms;
+use super::helper::{self, Helper};
 use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, MassAt, Newton,
-    Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start, Term, Unknowns,
-    Which,
+    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Kept, MassAt,
+    Newton, Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start, Term,
+    Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -43,6 +45,9 @@ const FORCE: &[Quantity] = &[Quantity::Force];
 const BY_POSITION: &[Quantity] = &[Quantity::ByPosition];
 const BY_VELOCITY: &[Quantity] = &[Quantity::ByVelocity];
 const JACOBIANS: &[Quantity] = &[Quantity::ByPosition, Quantity::ByVelocity];
+
+/// The components that both dimensions have.
+const XY: [&str; 2] = ["x", "y"];
 
 const WITHOUT_H: &str = "is not multiplied by h";
 const TOO_OFTEN_H: &str = "is multiplied by h once too often";
@@ -482,18 +487,24 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (Ends::First, "acts on the first of two particles only"),
             (Ends::Second, "acts on the second of two particles only"),
             (Ends::Same, "has the same sign on both particles"),
-            (Ends::SameAlong(0), "has the same sign on both particles along x"),
-            (Ends::SameAlong(1), "has the same sign on both particles along y"),
             (Ends::ByNumber, "has the wrong sign where the first particle's number is the larger"),
             (Ends::SecondAtIndex, "is added to components j and j + 1 for particle j"),
         ] {
             add(force, words, Effect::Ends(term, ends), 1);
         }
+        for (place, axis) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let (which, axis_name) = (["first", "second"][place], XY[axis]);
+            let on = format!("its {axis_name} component on the {which} of two particles");
+            for (by, words) in [(0.0, "lacks"), (-1.0, "has the wrong sign in")] {
+                let effect = Effect::Ends(term, Ends::Scaled(place, axis, by));
+                add(force, &format!("{words} {on}"), effect, 1);
+            }
+        }
         if forms.is_some() {
             let words = "has l² in the place of l, in its Jacobians as well";
             add(force, words, Effect::Length(term, Softening::Square), 2);
             let copied = |from: usize, to: usize| {
-                let [from_name, name] = [from, to].map(|axis| ["x", "y"][axis]);
+                let [from_name, name] = [from, to].map(|axis| XY[axis]);
                 let of_both =
                     format!("reads the {from_name} coordinate of a particle as {name}, too");
                 let of_second = format!(
@@ -587,6 +598,18 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             add(force, &words, Effect::Start(term, FORCE, start), 2);
             let words = format!("{words}{IN_JACOBIANS}");
             add(force, &words, Effect::Start(term, &Quantity::ALL, start), 2);
+            // Its velocities are those of the start under the only method that shows them.
+            if start == Start::Positions {
+                let words = "is evaluated at x, not x + h v";
+                for (quantity, quantities, is_there) in [
+                    (Quantity::ByPosition, BY_POSITION, true),
+                    (Quantity::ByVelocity, BY_VELOCITY, depends_on.velocity),
+                ] {
+                    if is_there {
+                        add(quantity, words, Effect::Start(term, quantities, start), 2);
+                    }
+                }
+            }
         }
     }
     for (quantity, is_there) in
@@ -656,6 +679,16 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
         for (blocks, words) in blocks {
             add(quantity, &words, Effect::Blocks(term, quantity, blocks), 1);
         }
+        let of_pair = if is_pair { 0..16 } else { 0..0 };
+        for place in of_pair {
+            let (at, [a, b]) = ([place / 8, place / 4 % 2], [place / 2 % 2, place % 2]);
+            let [row, column] = at.map(|place| names[place]);
+            let entry = format!("the {}{} entry of its block {row} {column}", XY[a], XY[b]);
+            for (by, words) in [(0.0, "lacks"), (-1.0, "has the wrong sign in")] {
+                let effect = Effect::Blocks(term, quantity, Blocks::Entry(at, [a, b], by));
+                add(quantity, &format!("{words} {entry}"), effect, 2);
+            }
+        }
         if stencil.is_field() {
             for (particles, words) in [
                 (Particles::First, "is there for the first particle only"),
@@ -682,8 +715,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             add(quantity, words, Effect::Axes(term, quantity, axes), 2);
         }
         let entries = || (0..4).map(|place| [place / 2, place % 2]);
-        let entry =
-            |[row, column]: [usize; 2]| format!("{}{}", ["x", "y"][row], ["x", "y"][column]);
+        let entry = |[row, column]: [usize; 2]| format!("{}{}", XY[row], XY[column]);
         for to in entries() {
             let its = entry(to);
             let lacks = format!("lacks the {its} entry of its blocks");
@@ -796,7 +828,14 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
                 add(Rule::Entries(entries), 2, words);
             }
             add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v");
-            add(Rule::JacobiansAt(0.0), 1, "Jacobians are evaluated at x, not x + h v");
+            for (which, what, verb) in [
+                ([true; 2], "Jacobians", "are"),
+                ([true, false], "dF/dx", "is"),
+                ([false, true], "dF/dv", "is"),
+            ] {
+                let words = format!("{what} {verb} evaluated at x, not x + h v");
+                add(Rule::JacobiansAt(which, 0.0), 1, &words);
+            }
             let words = "forces and Jacobians are evaluated at x, not x + h v";
             add(Rule::AllAt(0.0), 1, words);
             add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v/2, not x + h v");
@@ -815,6 +854,17 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
                     add(Rule::Matrix(quantity, factor), 1, &words);
                 }
             }
+            for (factor, words) in [
+                (Factor::number(-1.0), "have the wrong sign"),
+                (Factor::number(0.0), "are missing"),
+                (Factor::h(-1), "lack a factor h"),
+                (Factor::h(1), "have a factor h too many"),
+                (Factor::number(2.0), "are multiplied by 2"),
+                (Factor::number(0.5), "are multiplied by 0.5"),
+            ] {
+                let words = format!("dF/dx and dF/dv {words} in the matrix");
+                add(Rule::Matrices(factor), 2, &words);
+            }
         }
         OnePoint::Implicit => {
             add(inertia(0, 0, 1.0), 1, "the identity is in the place of M");
@@ -826,6 +876,31 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         }
     }
     add(Rule::Stale, 1, "the forces are those of the step before");
+    let (neither, both) = ([false; 2], [true; 2]);
+    let of_forces = [("the forces", true, neither, false)];
+    let of_matrix = [
+        ("the matrix", false, both, true),
+        ("the matrix and the forces", true, both, true),
+        ("dF/dx", false, [true, false], false),
+        ("dF/dv", false, [false, true], false),
+        ("the Jacobians", false, both, false),
+        ("the Jacobians and the forces", true, both, false),
+    ];
+    let is_linearized = method == OnePoint::Linearized;
+    let of_matrix = of_matrix.into_iter().filter(|_| is_linearized);
+    let is_step = method != OnePoint::Implicit;
+    for (what, forces, jacobians, inertia) in
+        of_forces.into_iter().filter(|_| is_step).chain(of_matrix)
+    {
+        let kept = |summed| Rule::Kept(Kept { summed, forces, jacobians, inertia });
+        let words =
+            format!("each step adds to {what} of the steps before, not set to zero in between");
+        add(kept(true), 2, &words);
+        // The masses are the same in each step.
+        if !inertia {
+            add(kept(false), 2, &format!("each step uses {what} of the first one"));
+        }
+    }
     if method == OnePoint::Linearized {
         add(Rule::StaleJacobians, 2, "the Jacobians are those of the step before");
         let words =
@@ -856,13 +931,31 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     all
 }
 
+/// Usual limits of an iteration.
+const LIMITS: [usize; 7] = [10, 20, 25, 30, 50, 100, 200];
+
 /// Changes of the integrator that only whole steps show: where Newton's method ends, and substeps.
 pub fn of_process(scene: &Scene) -> Vec<Change> {
     let name = scene.integrator.name;
     let Some(method) = Method::one_point(scene.integrator) else { return Vec::new() };
     let change = |rule: Rule, rank: u8, words: String| of_method(name, rule, &words, rank);
     let mut all = Vec::new();
+    if method == OnePoint::Linearized {
+        for (slip, words) in Slip::ALL {
+            all.push(change(Rule::Solver(slip), 2, words.to_owned()));
+        }
+    }
     if method == OnePoint::Implicit {
+        for (right, sign, words) in [
+            (1, 0.0, "M (u − v) is missing on the right-hand side"),
+            (0, 1.0, "M is missing in M (u − v) on the right-hand side"),
+            (1, -1.0, "M (u − v) has the wrong sign on the right-hand side"),
+        ] {
+            for iterations in LIMITS {
+                let words = format!("{words}; Newton's method ends after {iterations} iterations");
+                all.push(change(Rule::Unbalanced { right, sign, iterations }, 2, words));
+            }
+        }
         for iterations in 1..=6 {
             let times = if iterations == 1 { "iteration" } else { "iterations" };
             let words = format!("Newton's method ends after {iterations} {times}");
@@ -974,7 +1067,7 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     if !implicit {
         let words = "explicit methods move fixed particles by forces";
         add(Some(false), rule(FixedRule::Feel(None)), 0, words);
-        for (axis, letter) in ["x", "y"].iter().enumerate() {
+        for (axis, letter) in XY.iter().enumerate() {
             let words = format!("explicit methods move fixed particles by forces along {letter}");
             add(Some(false), rule(FixedRule::Feel(Some(axis))), 1, &words);
         }
@@ -996,20 +1089,40 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     for (hold, what) in holds {
         add(Some(true), rule(FixedRule::Hold(hold)), 1, &lacks(what));
     }
-    for (rows, right) in [(true, true), (true, false), (false, true)] {
-        for (axis, letter) in ["x", "y"].iter().enumerate() {
+    let cleared = [
+        (true, true, true),
+        (true, true, false),
+        (false, false, true),
+        (true, false, true),
+        (true, false, false),
+    ];
+    for (rows, columns, right) in cleared {
+        for (axis, letter) in XY.iter().enumerate() {
             let unknowns = Unknowns::Axis(axis);
-            let hold = Hold { rows, columns: rows, right, unknowns, massless: false };
+            let hold = Hold { rows, columns, right, unknowns, massless: false };
             let words = format!("implicit methods hold fixed particles along {letter} only");
             add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
         }
-        let hold = Hold { rows, columns: rows, right, unknowns: Unknowns::Index, massless: false };
+        let hold = Hold { rows, columns, right, unknowns: Unknowns::Index, massless: false };
         let words = "implicit methods clear the unknowns i, i + 1 of fixed particle i";
         add(Some(true), rule(FixedRule::Hold(hold)), 2, words);
     }
     let massless = Hold { rows: false, columns: false, massless: true, ..HELD };
     let words = "implicit methods leave the mass of fixed particles out of the matrix";
     add(Some(true), rule(FixedRule::Hold(massless)), 2, words);
+    all
+}
+
+/// Slips in the functions on vectors that all forces between two particles share; empty where there are none of these.
+pub fn of_helpers(scene: &Scene) -> Vec<Change> {
+    let change = |(helper, words): (Helper, &str)| Change {
+        place: Place::Helpers,
+        words: format!("in all forces, {words}"),
+        effect: Effect::Helper(helper),
+        rank: 2,
+    };
+    let mut all: Vec<Change> = helper::all().into_iter().map(change).collect();
+    all.retain(|change| change.acts_in(scene));
     all
 }
 
@@ -1112,7 +1225,11 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             };
             for (ends, on) in ends {
                 let words = format!("{tag} overwrites the forces{on} of the elements before it");
-                add(whole, SceneRule::Overwrites(tag, *ends), 2, words);
+                add(whole, SceneRule::Overwrites(tag, *ends, None), 2, words.clone());
+                for (axis, name) in XY.iter().enumerate() {
+                    let words = format!("{words}, along {name} alone");
+                    add(whole, SceneRule::Overwrites(tag, *ends, Some(axis)), 3, words);
+                }
             }
             for quantity in [Quantity::ByPosition, Quantity::ByVelocity] {
                 let of_parts = terms.iter().filter(|term| term.has(quantity));
@@ -1121,6 +1238,20 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let whole = name(Term { part: "", ..*first }, quantity);
                 let words = format!("{whole} is assigned to its blocks, not added");
                 add(Place::Jacobian(*first), SceneRule::Assigned(tag, quantity, false), 2, words);
+                for place in 0..if is_pair { 2 } else { 0 } {
+                    let end = first.schema().stencil.particles()[place];
+                    let block = format!("the block {end} {end}");
+                    let entries = (0..4).map(|entry| Some([entry / 2, entry % 2]));
+                    for entry in [None].into_iter().chain(entries) {
+                        let which = match entry {
+                            None => block.clone(),
+                            Some([a, b]) => format!("the {}{} entry of {block}", XY[a], XY[b]),
+                        };
+                        let words = format!("{which} of {whole} is assigned, not added");
+                        let rule = SceneRule::AssignedOwn(tag, quantity, place, entry);
+                        add(Place::Jacobian(*first), rule, 2 + u8::from(entry.is_some()), words);
+                    }
+                }
                 if of_parts.len() > 1 {
                     let words =
                         format!("each part of {whole} is assigned to its blocks, not added");
@@ -1132,8 +1263,11 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         if of_it().any(|element| element.edge.is_some()) {
             let words = format!("each {tag} acts on the next edge, whatever its edge attribute");
             add(whole, SceneRule::RunningEdge(tag), 2, words);
-            let words = format!("{tag} takes the number of its edge for that of a particle");
-            add(whole, SceneRule::EdgeAsParticle(tag), 2, words);
+            for (end, what) in [(None, "a"), (Some(0), "its first"), (Some(1), "its second")] {
+                let words =
+                    format!("{tag} takes the number of its edge for that of {what} particle");
+                add(whole, SceneRule::EdgeAsParticle(tag, end), 2, words);
+            }
         }
         for parameter in schema.parameters.iter().filter(is_of_scene) {
             let name = parameter.name;

@@ -168,8 +168,11 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 swap(new, 2);
             }
             if is_scalar(*leaf) {
+                let is_parameter =
+                    |one: &Expression| matches!(one, Expression::Leaf(Leaf::Parameter(..)));
                 for other in scalars.iter().filter(|other| *other != node) {
-                    swap(other.clone(), 3);
+                    let is_usual = is_parameter(node) && is_parameter(other);
+                    swap(other.clone(), if is_usual { 2 } else { 3 });
                 }
             }
         }

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use scene::Parameters;
 
 use super::Axes;
+use super::helper::{self, Helper};
 
 /// A formula.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,6 +104,8 @@ pub struct Inputs {
     pub v: [Vector3<f64>; 2],
     /// `l`, possibly softened.
     pub l: f64,
+    /// A slip in the functions on vectors; derivatives have none.
+    pub helper: Option<Helper>,
 }
 
 /// A change of the arguments, for derivatives.
@@ -177,8 +180,12 @@ impl Value {
     }
 
     fn dot(self, other: Self) -> Self {
+        self.dot_by(other, None)
+    }
+
+    fn dot_by(self, other: Self, helper: Option<Helper>) -> Self {
         match (self, other) {
-            (Self::Vector(a), Self::Vector(b)) => Self::Number(a.dot(&b)),
+            (Self::Vector(a), Self::Vector(b)) => Self::Number(helper::dot(helper, &a, &b)),
             _ => Self::INVALID,
         }
     }
@@ -193,7 +200,7 @@ impl Value {
 
 impl Inputs {
     fn n(&self) -> Vector3<f64> {
-        self.d / self.l
+        helper::direction(self.helper, self.d, self.l)
     }
 }
 
@@ -211,7 +218,7 @@ impl Leaf {
             Self::Direction => Value::Vector(at.n()),
             Self::RelativeVelocity => Value::Vector(at.v[0] - at.v[1]),
             Self::Velocity(side) => Value::Vector(at.v[side]),
-            Self::Speed => Value::Number(at.v[0].norm()),
+            Self::Speed => Value::Number(helper::length(at.helper, &at.v[0])),
             Self::Identity => Value::Matrix(Matrix3::identity()),
             // The quarter turn maps z to itself.
             Self::Turn => Value::Matrix(Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)),
@@ -278,7 +285,7 @@ impl Expression {
                 Value::Number(base) => Value::Number(base.powi(*exponent)),
                 _ => Value::INVALID,
             },
-            Self::Dot(a, b) => a.value(at).dot(b.value(at)),
+            Self::Dot(a, b) => a.value(at).dot_by(b.value(at), at.helper),
             Self::Outer(a, b) => a.value(at).outer(b.value(at)),
             Self::Transposed(inner) => match inner.value(at) {
                 Value::Matrix(matrix) => Value::Matrix(matrix.transpose()),

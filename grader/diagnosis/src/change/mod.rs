@@ -17,8 +17,11 @@
 
 pub mod candidates;
 pub mod edit;
+pub mod elimination;
 pub mod expression;
 pub mod forms;
+pub mod helper;
+mod memory;
 mod model;
 pub mod round_changes;
 mod round_steps;
@@ -28,11 +31,14 @@ mod step;
 use std::fmt;
 use std::sync::Arc;
 
-use scene::Scene;
 use scene::schema::{Dependence, ForceSchema, Matrix};
+use scene::{ForceElement, Scene};
 use simulator::force;
 
+use elimination::Slip;
 use expression::Expression;
+use helper::Helper;
+pub use memory::Memory;
 pub use model::{Model, Sample};
 use reference::method::OnePoint;
 pub use rounds::Task;
@@ -119,6 +125,10 @@ impl Change {
                 false
             }
             (_, Place::Jacobian(term)) => has(&term) && implicit(),
+            (Effect::Helper(_), _) => {
+                let is_pair = |element: &ForceElement| element.pair().is_some();
+                !is_of_rounds(scene) && scene.forces.iter().any(is_pair)
+            }
             (Effect::Method(name, Rule::Replaced(_) | Rule::Idle), _) => {
                 scene.integrator.name == *name
             }
@@ -151,6 +161,20 @@ impl Change {
 }
 
 impl Change {
+    /// Whether it changes the matrix of a linear system, or what is made of it: methods that solve one may share it.
+    pub(crate) fn is_of_matrix(&self) -> bool {
+        let Effect::Method(_, rule) = &self.effect else { return false };
+        matches!(
+            rule,
+            Rule::Matrix(..)
+                | Rule::Matrices(_)
+                | Rule::JacobiansAt(..)
+                | Rule::ColumnMasses
+                | Rule::Entries(_)
+                | Rule::Solver(_)
+        )
+    }
+
     /// Whether a scene in which it acts cannot be right: rounds may read a scene by other code than other methods, and a
     /// method has its mistakes in the place of another only where it is there.
     pub fn must_act_in(&self, scene: &Scene) -> bool {
@@ -222,6 +246,8 @@ pub enum Place {
     Task(Task),
     /// The reading of scenes.
     Reading,
+    /// The functions on vectors that forces share.
+    Helpers,
 }
 
 /// A change of a step.
@@ -266,6 +292,8 @@ pub enum Effect {
     Method(&'static str, Rule),
     /// Fixed particles.
     Fixed(FixedRule),
+    /// A function on vectors, in all forces between two particles.
+    Helper(Helper),
     /// The scene as it is read.
     Scene(SceneRule),
     /// A rule of rounds of local and global steps.
@@ -289,7 +317,11 @@ impl Effect {
             },
             Self::Ends(..) => &[Quantity::Force],
             Self::Derived(..) | Self::Length(..) | Self::Read(..) => &Quantity::ALL,
-            Self::Method(..) | Self::Fixed(_) | Self::Scene(_) | Self::Rounds(_) => &[],
+            Self::Method(..)
+            | Self::Fixed(_)
+            | Self::Helper(_)
+            | Self::Scene(_)
+            | Self::Rounds(_) => &[],
         }
     }
 
@@ -297,7 +329,10 @@ impl Effect {
     pub(crate) fn number(&self) -> Option<f64> {
         let factor = match self {
             Self::Factor(_, _, factor)
-            | Self::Method(_, Rule::Forces(factor) | Rule::Matrix(_, factor)) => factor,
+            | Self::Method(
+                _,
+                Rule::Forces(factor) | Rule::Matrix(_, factor) | Rule::Matrices(factor),
+            ) => factor,
             Self::Blocks(_, _, Blocks::Scaled(_, _, number)) => return Some(*number),
             _ => return None,
         };
@@ -370,7 +405,7 @@ impl Particles {
 }
 
 /// Forces on the particles of an element, `i` and `j` of a pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Ends {
     /// On `i` alone.
     First,
@@ -380,8 +415,8 @@ pub enum Ends {
     Without(usize),
     /// The same on both.
     Same,
-    /// The same component on both.
-    SameAlong(usize),
+    /// One component of the force on one of them is multiplied by a number: place, component.
+    Scaled(usize, usize, f64),
     /// The right ones, with the wrong sign where `i > j`.
     ByNumber,
     /// The right ones, but that on `j` is added to the coordinates from `j` on.
@@ -419,6 +454,8 @@ pub enum Blocks {
     LocalIndices,
     /// The right ones, but for a factor of the one in this row and column.
     Scaled(usize, usize, f64),
+    /// The same of one entry of this block, by its components.
+    Entry([usize; 2], [usize; 2], f64),
 }
 
 /// Components of a vector or a matrix.
@@ -537,6 +574,8 @@ pub enum Rule {
     Forces(Factor),
     /// A factor of a Jacobian in the matrix.
     Matrix(Quantity, Factor),
+    /// The same factor of both.
+    Matrices(Factor),
     /// The mass: its power in the matrix (or the velocity update), and a factor of `M (u − v)` on the right.
     Inertia {
         /// Power in the matrix.
@@ -554,8 +593,8 @@ pub enum Rule {
     Entries(Entries),
     /// Forces at `x + c h v` (implicit: `x + c h u`).
     ForcesAt(f64),
-    /// Jacobians at `x + c h u`.
-    JacobiansAt(f64),
+    /// Jacobians at `x + c h u`: by position, by velocity, or both.
+    JacobiansAt([bool; 2], f64),
     /// Forces and Jacobians at `x + c h u`.
     AllAt(f64),
     /// `x' = x + h v` first, and forces there.
@@ -564,6 +603,20 @@ pub enum Rule {
     Stale,
     /// The Jacobians of the step before; none in the first step.
     StaleJacobians,
+    /// What is kept from step to step.
+    Kept(Kept),
+    /// The linear system is solved by an elimination with a slip.
+    Solver(Slip),
+    /// Another power of the mass and another factor of `M (u − v)` on the right, with which Newton's method does not
+    /// converge: it ends after this many iterations.
+    Unbalanced {
+        /// The power of the mass.
+        right: i32,
+        /// The factor.
+        sign: f64,
+        /// The number of iterations.
+        iterations: usize,
+    },
     /// Each particle moves before the forces on the next are evaluated.
     OneByOne,
     /// The right-hand side has `h² ∂F/∂x v` as well.
@@ -594,6 +647,19 @@ pub enum Rule {
     Repeated(u32),
     /// This many steps of the same method in the place of one.
     Substeps(u32),
+}
+
+/// Values that a program should compute anew in each step, and does not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kept {
+    /// Whether they are added to those of the steps before, not taken from the first step.
+    pub summed: bool,
+    /// The sum of all forces.
+    pub forces: bool,
+    /// The sums of Jacobians, by position and by velocity.
+    pub jacobians: [bool; 2],
+    /// The masses in the matrix.
+    pub inertia: bool,
 }
 
 /// Where Newton's method starts and ends.
@@ -734,15 +800,18 @@ pub enum SceneRule {
     Exchanged(&'static str, [&'static str; 2]),
     /// Each element has the parameters of the first.
     FirstParameters(&'static str),
-    /// An element acts between the particles `edge` and `edge + 1`.
-    EdgeAsParticle(&'static str),
+    /// An element acts between the particles `edge` and `edge + 1`, or on `edge` in the place of this end.
+    EdgeAsParticle(&'static str, Option<usize>),
     /// The first element acts on the first edge, and so on.
     RunningEdge(&'static str),
-    /// The forces of an element on these ends overwrite those before it, in the order of the file.
-    Overwrites(&'static str, Ends),
+    /// The forces of an element on these ends overwrite those before it, in the order of the file; one component only if
+    /// given.
+    Overwrites(&'static str, Ends, Option<usize>),
     /// The blocks of an element's Jacobian overwrite those of elements before it, in the order of the file; those of each
     /// part also those of the parts before it, if so.
     Assigned(&'static str, Quantity, bool),
+    /// The same of the block of the particle at this place by itself, or of one entry of it.
+    AssignedOwn(&'static str, Quantity, usize, Option<[usize; 2]>),
     /// Each element acts on the particles of the one before it.
     ParticlesBefore(&'static str),
     /// Of several fixed particles, the first or the last is fixed.

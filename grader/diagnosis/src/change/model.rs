@@ -8,13 +8,15 @@ use scene::schema::{Convergence, Matrix};
 use scene::trace::State;
 use scene::{self, ForceElement, Parameters, Scene};
 
+use super::elimination::Slip;
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
+use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, MassAt, Newton,
-    Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start, Term, Unknowns,
-    Which,
+    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Kept, MassAt,
+    Newton, Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start, Term,
+    Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -32,6 +34,9 @@ pub(super) fn forms_of(term: Term) -> Option<&'static Forms> {
 
 /// The largest number of iterations of a step.
 pub(super) const MAX_ITERATIONS: usize = 20;
+
+/// The largest number of iterations with a right-hand side for which the matrix is wrong.
+const MANY_ITERATIONS: usize = 200;
 
 /// A step of a trace: the states before and after it.
 #[derive(Debug, Clone)]
@@ -80,10 +85,8 @@ struct Element {
     /// None in a field.
     particles: scene::Particles,
     parameters: Parameters,
-    /// The particles on which its force is overwritten by a later element's.
-    lost: Vec<usize>,
-    /// The same of blocks of its Jacobians: row and column; by position, then by velocity.
-    lost_blocks: [Vec<[usize; 2]>; 2],
+    /// What later elements overwrite.
+    lost: Lost,
 }
 
 /// A formula and what is done to its values.
@@ -125,9 +128,11 @@ pub(super) struct Rules {
     pub(super) column_masses: bool,
     pub(super) entries: Entries,
     pub(super) forces_at: Option<f64>,
-    pub(super) jacobians_at: Option<f64>,
+    pub(super) jacobians_at: [Option<f64>; 2],
     pub(super) stale: bool,
     pub(super) stale_jacobians: bool,
+    pub(super) kept: Option<Kept>,
+    pub(super) slip: Option<Slip>,
     pub(super) one_by_one: bool,
     pub(super) stiff_right: bool,
     /// The factor of the old velocity.
@@ -175,6 +180,8 @@ pub struct Model {
     pub(super) terms: Vec<TermModel>,
     pub(super) rules: Rules,
     pub(super) fixed_rules: FixedRules,
+    /// A slip in the functions on vectors.
+    helper: Option<Helper>,
 }
 
 /// Newton's method as the course has it.
@@ -227,9 +234,11 @@ impl Model {
             column_masses: false,
             entries: Entries::All,
             forces_at: None,
-            jacobians_at: None,
+            jacobians_at: [None; 2],
             stale: false,
             stale_jacobians: false,
+            kept: None,
+            slip: None,
             one_by_one: false,
             stiff_right: false,
             old: 1.0,
@@ -260,6 +269,7 @@ impl Model {
             terms: terms_of(&scene, changes),
             rules,
             fixed_rules,
+            helper: None,
             scene,
         };
         let part = match Method::of(model.scene.integrator.equation) {
@@ -354,6 +364,7 @@ impl Model {
         match &change.effect {
             Effect::Method(_, Rule::Replaced(_) | Rule::Idle) | Effect::Scene(_) => {}
             Effect::Method(_, rule) => self.follow(*rule),
+            Effect::Helper(helper) => self.helper = Some(*helper),
             Effect::Rounds(rule) => {
                 if let Some(rounds) = &mut self.rounds {
                     rounds.make(rule);
@@ -398,10 +409,22 @@ impl Model {
                 let matrix = &mut rules.matrix[usize::from(quantity == Quantity::ByVelocity)];
                 *matrix = matrix.and(factor);
             }
+            Rule::Matrices(factor) => {
+                rules.matrix = rules.matrix.map(|matrix| matrix.and(factor));
+            }
             Rule::Inertia { matrix, right, sign } => {
                 rules.inertia_matrix = matrix;
                 rules.inertia_right = (right, sign);
+                // With another right-hand side, Newton's method converges slowly.
+                if (right, sign) != (1, 1.0) {
+                    rules.newton.iterations = MANY_ITERATIONS;
+                }
             }
+            Rule::Unbalanced { right, sign, iterations } => {
+                rules.inertia_right = (right, sign);
+                rules.newton.iterations = iterations;
+            }
+            Rule::Solver(slip) => rules.slip = Some(slip),
             Rule::MassAt(index) => {
                 let mass = self.mass.clone();
                 for (dof, own) in self.mass.iter_mut().enumerate() {
@@ -414,13 +437,17 @@ impl Model {
             Rule::ColumnMasses => rules.column_masses = true,
             Rule::Entries(entries) => rules.entries = entries,
             Rule::ForcesAt(c) => rules.forces_at = Some(c),
-            Rule::JacobiansAt(c) => rules.jacobians_at = Some(c),
-            Rule::AllAt(c) => (rules.forces_at, rules.jacobians_at) = (Some(c), Some(c)),
+            Rule::JacobiansAt(which, c) => {
+                let which = rules.jacobians_at.iter_mut().zip(which).filter(|(_, is_it)| *is_it);
+                which.for_each(|(at, _)| *at = Some(c));
+            }
+            Rule::AllAt(c) => (rules.forces_at, rules.jacobians_at) = (Some(c), [Some(c); 2]),
             Rule::PositionsFirst => {
                 (rules.position, rules.forces_at) = (Some([1.0, 0.0, 1.0]), Some(1.0));
             }
             Rule::Stale => rules.stale = true,
             Rule::StaleJacobians => rules.stale_jacobians = true,
+            Rule::Kept(kept) => rules.kept = Some(kept),
             Rule::OneByOne => rules.one_by_one = true,
             Rule::StiffRight => rules.stiff_right = true,
             Rule::Position { old, new, h } => {
@@ -473,7 +500,11 @@ impl Model {
             | Effect::Masses(term, ..)
             | Effect::Read(term, _)
             | Effect::Start(term, ..) => *term,
-            Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => {
+            Effect::Method(..)
+            | Effect::Fixed(_)
+            | Effect::Helper(_)
+            | Effect::Scene(_)
+            | Effect::Rounds(_) => {
                 return None;
             }
         };
@@ -496,18 +527,15 @@ impl Model {
         sum
     }
 
-    /// The sums of all Jacobians.
-    pub(super) fn jacobians(&self, at: &Point) -> [DMatrix<f64>; 2] {
-        let size = at.x.len();
-        [Quantity::ByPosition, Quantity::ByVelocity].map(|quantity| {
-            let mut matrix = DMatrix::zeros(size, size);
-            for model in &self.terms {
-                self.each_entry(model, quantity, at, &mut |row, column, value| {
-                    matrix[(row, column)] += value;
-                });
-            }
-            matrix
-        })
+    /// The sum of all Jacobians of a kind.
+    pub(super) fn jacobian(&self, quantity: Quantity, at: &Point) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(at.x.len(), at.x.len());
+        for model in &self.terms {
+            self.each_entry(model, quantity, at, &mut |row, column, value| {
+                matrix[(row, column)] += value;
+            });
+        }
+        matrix
     }
 
     /// The entries of a term's Jacobian that the solver reads: row, column, value.
@@ -573,9 +601,13 @@ impl Model {
             for (place, (particle, force)) in particles.iter().zip(forces).enumerate() {
                 let is_slipped = place == 1 && evaluation.ends == Some(Ends::SecondAtIndex);
                 let first = if is_slipped { *particle } else { particle * self.dimension };
-                if !element.lost.contains(particle) {
-                    add_at(first, *particle, *force);
+                for (_, axis) in element.lost.forces.iter().filter(|(one, _)| one == particle) {
+                    match axis {
+                        Some(axis) => force[*axis] = 0.0,
+                        None => *force = Vector3::zeros(),
+                    }
                 }
+                add_at(first, *particle, *force);
             }
         };
         if let Some(law) = &model.law {
@@ -617,10 +649,15 @@ impl Model {
         let factor =
             |row: usize| evaluation.factor.of(self.scene.time_step, self.scene.particles[row].mass);
         let mut put = |element: &Element, row: usize, column: usize, block: Matrix3<f64>| {
-            if element.lost_blocks[place].contains(&[row, column]) {
-                return;
+            let mut block = evaluation.axes.map_or(block, |axes| axes.of_matrix(block));
+            for (_, entry) in
+                element.lost.blocks[place].iter().filter(|(at, _)| *at == [row, column])
+            {
+                match entry {
+                    Some([a, b]) => block[(*a, *b)] = 0.0,
+                    None => return,
+                }
             }
-            let block = evaluation.axes.map_or(block, |axes| axes.of_matrix(block));
             add(row, column, &(block * factor(row)));
         };
         if model.derived {
@@ -743,7 +780,7 @@ impl Model {
             }
         };
         let d = read(x, i, false) - read(x, j, true);
-        let l = d.norm();
+        let l = helper::length(self.helper, &d);
         let mass_of = |particle: usize| match masses {
             None => particle,
             Some(MassAt::Particle) => particle / self.dimension,
@@ -756,6 +793,7 @@ impl Model {
             d,
             v: [read(v, i, false), read(v, j, false)],
             l: model.softening.map_or(l, |softening| softening.of(l)),
+            helper: self.helper,
         }
     }
 }
@@ -811,7 +849,11 @@ impl TermModel {
             Effect::Particles(_, quantity, particles) => {
                 self.evaluations[index(*quantity)].particles = Some(*particles);
             }
-            Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => {}
+            Effect::Method(..)
+            | Effect::Fixed(_)
+            | Effect::Helper(_)
+            | Effect::Scene(_)
+            | Effect::Rounds(_) => {}
         }
     }
 }
@@ -822,11 +864,16 @@ fn name_of(method: OnePoint) -> Option<&'static str> {
     kinds.find(|schema| Method::one_point(schema) == Some(method)).map(|schema| schema.name)
 }
 
+/// Row and column of blocks of a Jacobian, and the entry if it is one.
+type LostBlocks = Vec<([usize; 2], Option<[usize; 2]>)>;
+
 /// What later elements overwrite of an element.
 #[derive(Clone, Default)]
 struct Lost {
-    particles: Vec<usize>,
-    blocks: [Vec<[usize; 2]>; 2],
+    /// The particles on which its force is overwritten, and the component if it is one.
+    forces: Vec<(usize, Option<usize>)>,
+    /// Of its Jacobians by position, then by velocity.
+    blocks: [LostBlocks; 2],
 }
 
 /// What is overwritten of each element of the scene, in the order of the file.
@@ -837,31 +884,54 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
         if let SceneRule::LeftOut { tag, which, in_force_alone: true } = rule {
             for (number, left_out) in which.of(scene, tag).into_iter().enumerate() {
                 if left_out {
-                    all[number].particles = particles_of(scene, &scene.forces[number]);
+                    all[number].forces = whole(particles_of(scene, &scene.forces[number]));
                 }
             }
         }
-        let (SceneRule::Overwrites(tag, _) | SceneRule::Assigned(tag, ..)) = rule else { continue };
+        let (SceneRule::Overwrites(tag, ..)
+        | SceneRule::Assigned(tag, ..)
+        | SceneRule::AssignedOwn(tag, ..)) = rule
+        else {
+            continue;
+        };
         for (number, element) in scene.forces.iter().enumerate() {
             if element.schema.tag != tag {
                 continue;
             }
             let before = &mut all[..number];
-            if let SceneRule::Assigned(_, quantity, _) = rule {
-                let blocks = blocks_of(scene, element);
+            let blocks = match rule {
+                SceneRule::Assigned(_, quantity, _) => {
+                    Some((quantity, whole(blocks_of(scene, element))))
+                }
+                SceneRule::AssignedOwn(_, quantity, place, entry) => {
+                    Some((quantity, vec![([element.particles[place]; 2], entry)]))
+                }
+                _ => None,
+            };
+            if let Some((quantity, blocks)) = blocks {
                 let place = usize::from(quantity == Quantity::ByVelocity);
                 before.iter_mut().for_each(|lost| lost.blocks[place].extend(&blocks));
                 continue;
             }
-            let particles = match (&element.particles[..], rule) {
-                ([first, ..], SceneRule::Overwrites(_, Ends::First)) => vec![*first],
-                ([_, second, ..], SceneRule::Overwrites(_, Ends::Second)) => vec![*second],
-                _ => particles_of(scene, element),
+            let (particles, axis) = match (&element.particles[..], rule) {
+                ([first, ..], SceneRule::Overwrites(_, Ends::First, axis)) => (vec![*first], axis),
+                ([_, second, ..], SceneRule::Overwrites(_, Ends::Second, axis)) => {
+                    (vec![*second], axis)
+                }
+                (_, SceneRule::Overwrites(_, _, axis)) => (particles_of(scene, element), axis),
+                _ => continue,
             };
-            before.iter_mut().for_each(|lost| lost.particles.extend(&particles));
+            let forces = particles.into_iter().map(|particle| (particle, axis));
+            let forces: Vec<_> = forces.collect();
+            before.iter_mut().for_each(|lost| lost.forces.extend(&forces));
         }
     }
     all
+}
+
+/// Each without a component or entry of its own.
+fn whole<T, U>(all: Vec<T>) -> Vec<(T, Option<U>)> {
+    all.into_iter().map(|one| (one, None)).collect()
 }
 
 impl Which {
@@ -930,14 +1000,15 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
         let elements = elements.map(|(element, lost)| Element {
             particles: element.particles.clone(),
             parameters: element.parameters.clone(),
-            lost: lost.particles.clone(),
-            lost_blocks: [0, 1].map(|place| {
-                let mut blocks = lost.blocks[place].clone();
-                if is_overwritten(term, place) {
-                    blocks.extend(blocks_of(scene, element));
+            lost: {
+                let mut lost = lost.clone();
+                for (place, blocks) in lost.blocks.iter_mut().enumerate() {
+                    if is_overwritten(term, place) {
+                        blocks.extend(whole(blocks_of(scene, element)));
+                    }
                 }
-                blocks
-            }),
+                lost
+            },
         });
         let forms = forms_of(term);
         let law = || {
@@ -989,10 +1060,7 @@ impl Ends {
             Self::Second => keep(forces, &|place| place == 1),
             Self::Without(left_out) => keep(forces, &|place| place != left_out),
             Self::Same => forces.fill(forces[0]),
-            Self::SameAlong(axis) => {
-                let first = forces[0][axis];
-                forces.iter_mut().for_each(|force| force[axis] = first);
-            }
+            Self::Scaled(place, axis, factor) => forces[place][axis] *= factor,
             Self::ByNumber if particles[0] > particles[1] => {
                 forces.iter_mut().for_each(|force| *force = -*force);
             }
@@ -1040,6 +1108,7 @@ impl Blocks {
                 Self::Scaled(at_row, at_column, factor) if [row, column] == [at_row, at_column] => {
                     *block *= factor;
                 }
+                Self::Entry(at, [a, b], factor) if [row, column] == at => block[(a, b)] *= factor,
                 _ => {}
             }
         }
@@ -1201,11 +1270,15 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 }
             }
         }
-        SceneRule::EdgeAsParticle(tag) => {
+        SceneRule::EdgeAsParticle(tag, end) => {
             let count = scene.particles.len();
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
-                if let Some(edge) = element.edge.filter(|edge| edge + 1 < count) {
-                    element.particles = [edge, edge + 1].into();
+                match (element.edge, end) {
+                    (Some(edge), Some(end)) if edge < count => element.particles[end] = edge,
+                    (Some(edge), None) if edge + 1 < count => {
+                        element.particles = [edge, edge + 1].into();
+                    }
+                    _ => {}
                 }
             }
         }
@@ -1223,7 +1296,10 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 element.particles = edge.particles.into();
             }
         }
-        SceneRule::LeftOut { .. } | SceneRule::Overwrites(..) | SceneRule::Assigned(..) => {}
+        SceneRule::LeftOut { .. }
+        | SceneRule::Overwrites(..)
+        | SceneRule::Assigned(..)
+        | SceneRule::AssignedOwn(..) => {}
         SceneRule::OneFixed { last } => {
             let fixed = |particle: &scene::Particle| particle.fixed;
             let kept = match last {

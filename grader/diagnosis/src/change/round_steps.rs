@@ -235,7 +235,8 @@ impl Model {
             return Vector3::zeros();
         }
         let (masses, still) = ([1.0; 2], [Vector3::zeros(); 2]);
-        let at = Inputs { parameters, masses, h: self.h, d: v, v: still, l: v.norm() };
+        let (d, l, h) = (v, v.norm(), self.h);
+        let at = Inputs { parameters, masses, h, d, v: still, l, helper: None };
         rounds.local.value(&at).vector()
     }
 

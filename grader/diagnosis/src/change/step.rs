@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use scene::schema::Convergence;
 use scene::trace::State;
 
+use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
 use super::{Change, Factor, Guess, Hold, Norm, Quantity, Unknowns};
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
@@ -76,8 +77,19 @@ impl Model {
         step as f64 * self.scene.time_step
     }
 
-    /// Takes a step; `None` if it has no finite end.
-    pub fn step(&self, step: u64, earlier: Option<&State>, before: &State) -> Option<Stepped> {
+    /// Whether a step depends on all steps before it.
+    pub fn remembers(&self) -> bool {
+        self.rules.kept.is_some()
+    }
+
+    /// Takes a step after those of `memory`; `None` if it has no finite end.
+    pub fn step(
+        &self,
+        memory: &mut Memory,
+        step: u64,
+        earlier: Option<&State>,
+        before: &State,
+    ) -> Option<Stepped> {
         let mut state = before.clone();
         let mut converged = true;
         if self.idle {
@@ -86,14 +98,20 @@ impl Model {
         for substep in 0..self.substeps {
             let time = self.time(step) + f64::from(substep) * self.h;
             let earlier = if substep == 0 { earlier } else { None };
-            converged &= self.substep(time, earlier, &mut state)?;
+            converged &= self.substep(memory, time, earlier, &mut state)?;
         }
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         (finite(&state.positions) && finite(&state.velocities))
             .then_some(Stepped { state, converged })
     }
 
-    fn substep(&self, time: f64, earlier: Option<&State>, state: &mut State) -> Option<bool> {
+    fn substep(
+        &self,
+        memory: &mut Memory,
+        time: f64,
+        earlier: Option<&State>,
+        state: &mut State,
+    ) -> Option<bool> {
         let old = state.clone();
         let mut converged = true;
         match self.method {
@@ -103,12 +121,12 @@ impl Model {
                 return Some(true);
             }
             Some(OnePoint::Explicit | OnePoint::Symplectic) => {
-                self.kick(time, earlier, &old, state);
+                self.kick(memory, time, earlier, &old, state);
             }
             Some(OnePoint::Linearized | OnePoint::Implicit) => {
-                converged = self.solve(time, earlier, &old, state)?;
+                converged = self.solve(memory, time, earlier, &old, state)?;
             }
-            None => return self.several(time, earlier, state),
+            None => return self.several(memory, time, earlier, state),
         }
         self.fix(&old, state);
         self.limit(state);
@@ -117,7 +135,13 @@ impl Model {
     }
 
     /// A step of a method with several evaluations of the forces, or for a part of the step.
-    fn several(&self, time: f64, earlier: Option<&State>, state: &mut State) -> Option<bool> {
+    fn several(
+        &self,
+        memory: &mut Memory,
+        time: f64,
+        earlier: Option<&State>,
+        state: &mut State,
+    ) -> Option<bool> {
         let old = state.clone();
         let mut converged = true;
         let State { positions, velocities, .. } = state;
@@ -134,7 +158,7 @@ impl Model {
             }
             Method::Backward { .. } => {
                 let (part, inner) = self.part.as_ref()?;
-                converged = inner.substep(time, earlier, state)?;
+                converged = inner.substep(memory, time, earlier, state)?;
                 let whole = |end: &mut f64, start: &f64| *end = start + (*end - start) / part;
                 state.positions.iter_mut().zip(&old.positions).for_each(|(x, y)| whole(x, y));
                 state.velocities.iter_mut().zip(&old.velocities).for_each(|(v, w)| whole(v, w));
@@ -145,11 +169,11 @@ impl Model {
                     let repeated = 1.0 - part;
                     self.repeat(repeated, earlier, state);
                     let time = time + repeated * self.h;
-                    converged = inner.substep(time, Some(earlier), state)?;
+                    converged = inner.substep(memory, time, Some(earlier), state)?;
                 } else {
                     let mut whole = inner.clone();
                     whole.h = self.h;
-                    converged = whole.substep(time, None, state)?;
+                    converged = whole.substep(memory, time, None, state)?;
                 }
             }
             Method::Rounds => self.make_rounds(time, earlier, state)?,
@@ -222,9 +246,16 @@ impl Model {
     }
 
     /// Velocities of an explicit method.
-    fn kick(&self, time: f64, earlier: Option<&State>, old: &State, state: &mut State) {
+    fn kick(
+        &self,
+        memory: &mut Memory,
+        time: f64,
+        earlier: Option<&State>,
+        old: &State,
+        state: &mut State,
+    ) {
         let at = self.force_point(time, earlier, old, &old.velocities);
-        let force = self.force(&at);
+        let force = memory.force(self.rules.kept, self.force(&at));
         for (dof, velocity) in state.velocities.iter_mut().enumerate() {
             if !self.is_held(dof) {
                 let given = self.force_coefficient(self.mass[dof]) * force[dof];
@@ -261,10 +292,11 @@ impl Model {
         Point { x, v: u.to_vec(), time, start }
     }
 
-    /// The point at which Jacobians are evaluated for the velocities `u`. `None` in the first step of
+    /// The point at which a Jacobian is evaluated for the velocities `u`. `None` in the first step of
     /// [`Rule::StaleJacobians`](super::Rule::StaleJacobians): its matrix has no Jacobians yet.
     fn jacobian_point(
         &self,
+        quantity: Quantity,
         time: f64,
         earlier: Option<&State>,
         old: &State,
@@ -275,7 +307,8 @@ impl Model {
             None if self.rules.stale_jacobians => return None,
             _ => (old, u),
         };
-        Some(self.point(time, of, u, self.rules.jacobians_at.unwrap_or(1.0)))
+        let at = self.rules.jacobians_at[usize::from(quantity == Quantity::ByVelocity)];
+        Some(self.point(time, of, u, at.unwrap_or(1.0)))
     }
 
     fn matrix_coefficients(&self, mass: f64) -> [f64; 2] {
@@ -286,6 +319,7 @@ impl Model {
     /// Newton's method, or one step of it.
     fn solve(
         &self,
+        memory: &mut Memory,
         time: f64,
         earlier: Option<&State>,
         old: &State,
@@ -312,7 +346,7 @@ impl Model {
         let mut made = 0;
         let mut reached = linearized;
         while made < most {
-            let delta = self.update(time, earlier, old, &u)?;
+            let delta = self.update(memory, time, earlier, old, &u)?;
             made += 1;
             reached |= self.size(&delta) < newton.tolerance;
             if !(reached && newton.drops_last && !linearized) {
@@ -342,22 +376,31 @@ impl Model {
     /// Newton's update of the velocities.
     fn update(
         &self,
+        memory: &mut Memory,
         time: f64,
         earlier: Option<&State>,
         old: &State,
         u: &[f64],
     ) -> Option<Vec<f64>> {
-        let force = self.force(&self.force_point(time, earlier, old, u));
+        let kept = self.rules.kept;
+        let force = memory.force(kept, self.force(&self.force_point(time, earlier, old, u)));
         let size = u.len();
-        let at = self.jacobian_point(time, earlier, old, u);
-        let none = || [DMatrix::zeros(size, size), DMatrix::zeros(size, size)];
-        let [k, b] = at.map_or_else(none, |at| self.jacobians(&at));
+        let jacobian = |quantity: Quantity| {
+            let at = self.jacobian_point(quantity, time, earlier, old, u);
+            let none = || DMatrix::zeros(size, size);
+            at.map_or_else(none, |at| self.jacobian(quantity, &at))
+        };
+        let both = [Quantity::ByPosition, Quantity::ByVelocity].map(jacobian);
+        let [k, b] = memory.jacobians(kept, both);
+        let n_masses = memory.masses(kept);
         let mut matrix = DMatrix::from_fn(size, size, |row, column| {
             let [of_k, of_b] = self.matrix_coefficients(self.mass[row]);
             let side =
                 if self.rules.column_masses { self.mass[row] / self.mass[column] } else { 1.0 };
             let inertia = match row == column {
-                true => self.mass[row].powi(self.rules.inertia_matrix) + self.rules.diagonal,
+                true => {
+                    n_masses * self.mass[row].powi(self.rules.inertia_matrix) + self.rules.diagonal
+                }
                 false => 0.0,
             };
             inertia - side * (of_k * k[(row, column)] + of_b * b[(row, column)])
@@ -376,7 +419,10 @@ impl Model {
             }
         }
         self.hold(&mut matrix, &mut right);
-        let delta = matrix.lu().solve(&right)?;
+        let delta = match self.rules.slip {
+            None => matrix.lu().solve(&right)?,
+            Some(slip) => slip.solve(matrix, right),
+        };
         delta.iter().all(|value| value.is_finite()).then(|| delta.data.into())
     }
 
@@ -463,8 +509,8 @@ impl Model {
         }
     }
 
-    /// The points of a step at which forces and Jacobians are evaluated, from its states.
-    fn points(&self, sample: &Sample) -> (Point, Option<Point>) {
+    /// The point of a step at which a value is evaluated, from its states.
+    fn evaluated_at(&self, quantity: Quantity, sample: &Sample) -> Option<Point> {
         let time = self.time(sample.step);
         let old = &sample.before;
         let u = match self.method {
@@ -472,8 +518,10 @@ impl Model {
             _ => &old.velocities,
         };
         let earlier = sample.earlier.as_ref();
-        let force = self.force_point(time, earlier, old, u);
-        (force, self.jacobian_point(time, earlier, old, u))
+        match quantity {
+            Quantity::Force => Some(self.force_point(time, earlier, old, u)),
+            _ => self.jacobian_point(quantity, time, earlier, old, u),
+        }
     }
 
     /// The contribution of a term's quantity to `r`, with its sign: `−h F`, `−h² K δ` or `−h B δ`.
@@ -506,9 +554,9 @@ impl Model {
         if quantity != Quantity::Force && !linearized {
             return vec![0.0; self.mass.len()];
         }
-        let (of_force, of_jacobians) = self.points(sample);
-        let at = if quantity == Quantity::Force { Some(of_force) } else { of_jacobians };
-        let Some(at) = at else { return vec![0.0; self.mass.len()] };
+        let Some(at) = self.evaluated_at(quantity, sample) else {
+            return vec![0.0; self.mass.len()];
+        };
         let mut delta = change(sample);
         if self.rules.stiff_right && quantity == Quantity::ByPosition {
             delta.iter_mut().zip(&sample.before.velocities).for_each(|(delta, v)| *delta += v);
@@ -548,9 +596,11 @@ impl Model {
         all
     }
 
-    /// The residual of a step of a method with one evaluation; `None` for others.
+    /// The residual of a step of a method with one evaluation; `None` for others, and where it does not show the step: one
+    /// that depends on all before it, or a linear system that is not solved.
     pub fn residual(&self, sample: &Sample) -> Option<Residual> {
-        let method = self.method.filter(|_| self.substeps == 1)?;
+        let shows = self.substeps == 1 && !self.remembers() && self.rules.slip.is_none();
+        let method = self.method.filter(|_| shows)?;
         let delta = change(sample);
         let of_old = 1.0 - self.rules.old;
         let inertia = |dof: usize| {
@@ -598,9 +648,11 @@ impl Model {
         if !self.is_implicit() {
             return mass;
         }
-        let (_, Some(at)) = self.points(sample) else { return mass };
-        let [k, b] = self.jacobians(&at);
-        mass + self.h * (self.h * row_sum(&k) + row_sum(&b))
+        let size = |quantity: Quantity| {
+            let at = self.evaluated_at(quantity, sample);
+            at.map_or(0.0, |at| row_sum(&self.jacobian(quantity, &at)))
+        };
+        mass + self.h * (self.h * size(Quantity::ByPosition) + size(Quantity::ByVelocity))
     }
 
     /// Whether a fixed particle's velocity changes in this step, beyond `noise`.

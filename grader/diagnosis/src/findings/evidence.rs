@@ -12,7 +12,7 @@
 use std::collections::BTreeSet;
 use std::ops::Deref;
 
-use crate::change::{Change, Model, Place, Residual};
+use crate::change::{Change, Memory, Model, Place, Residual};
 use scene::schema::Convergence;
 use scene::trace::State;
 use scene::{Rendering, Scene};
@@ -125,10 +125,11 @@ impl<'a> SceneEvidence<'a> {
         Samples { limits: self.limits, steps: clear.take(self.limits.first).collect() }
     }
 
-    /// Whether `model` makes the sampled step.
-    fn agrees(&self, model: &Model, evidence: &Evidence) -> Agreement {
+    /// Whether `model` makes the sampled step, after the steps of `memory`.
+    fn agrees(&self, model: &Model, memory: &mut Memory, evidence: &Evidence) -> Agreement {
         let Evidence { sample, noise, .. } = evidence;
-        let Some(made) = model.step(sample.step, sample.earlier.as_ref(), &sample.before) else {
+        let earlier = sample.earlier.as_ref();
+        let Some(made) = model.step(memory, sample.step, earlier, &sample.before) else {
             return Agreement::Differs;
         };
         let [x, v] = distances(&made.state, &sample.after);
@@ -144,9 +145,25 @@ impl<'a> SceneEvidence<'a> {
 
     /// Whether `model` makes all sampled steps, or those of the first `most`.
     pub(super) fn agrees_with(&self, model: &Model, most: usize) -> Agreement {
+        self.agree(model, self.evidence.iter().take(most))
+    }
+
+    /// Whether `model` makes these steps, in their order.
+    fn agree<'e>(&self, model: &Model, steps: impl Iterator<Item = &'e Evidence>) -> Agreement {
         let mut all = Agreement::Agrees;
-        for evidence in self.evidence.iter().take(most) {
-            match self.agrees(model, evidence) {
+        let mut memory = Memory::default();
+        let mut next = 0;
+        for evidence in steps {
+            // What is kept depends on every step of the trace before this one.
+            let states = &self.judged.states;
+            for step in next..if model.remembers() { evidence.sample.step as usize } else { 0 } {
+                let earlier = step.checked_sub(1).map(|earlier| &states[earlier]);
+                if model.step(&mut memory, step as u64, earlier, &states[step]).is_none() {
+                    return Agreement::Differs;
+                }
+            }
+            next = evidence.sample.step as usize + 1;
+            match self.agrees(model, &mut memory, evidence) {
                 Agreement::Agrees => {}
                 Agreement::Differs => return Agreement::Differs,
                 Agreement::Open => all = Agreement::Open,
@@ -321,16 +338,7 @@ impl<'a> SceneEvidence<'a> {
 
     /// Whether every step from this state on is made from the trace's own state before it.
     fn single_steps(&self, model: &Model, from: usize) -> Agreement {
-        let later = self.evidence.iter().filter(|e| e.sample.step as usize + 1 >= from);
-        let mut all = Agreement::Agrees;
-        for evidence in later {
-            match self.agrees(model, evidence) {
-                Agreement::Agrees => {}
-                Agreement::Differs => return Agreement::Differs,
-                Agreement::Open => all = Agreement::Open,
-            }
-        }
-        all
+        self.agree(model, self.evidence.iter().filter(|e| e.sample.step as usize + 1 >= from))
     }
 }
 
@@ -421,6 +429,7 @@ struct Replay {
     main: State,
     other: State,
     earlier: Option<[State; 2]>,
+    memories: [Memory; 2],
     random: fastrand::Rng,
     spread: [f64; 2],
     size: [f64; 2],
@@ -436,7 +445,8 @@ impl Replay {
     fn new(start: &State) -> Self {
         let random = fastrand::Rng::with_seed(0);
         let (main, other) = (start.clone(), start.clone());
-        Self { main, other, earlier: None, random, spread: [0.0; 2], size: [0.0; 2] }
+        let memories = Default::default();
+        Self { main, other, earlier: None, memories, random, spread: [0.0; 2], size: [0.0; 2] }
     }
 
     fn advance(&mut self, model: &Model, step: u64) -> Advance {
@@ -444,11 +454,14 @@ impl Replay {
             *value += f64::EPSILON * f64::from(self.random.i8(-1..=1)) * *value;
         }
         let earlier = |number: usize| self.earlier.as_ref().map(|states| &states[number]);
-        let Some(made) = model.step(step, earlier(0), &self.main) else { return Advance::Failed };
+        let [memory, memory_of_other] = &mut self.memories;
+        let Some(made) = model.step(memory, step, earlier(0), &self.main) else {
+            return Advance::Failed;
+        };
         if !made.converged {
             return Advance::NotConverged;
         }
-        let Some(other) = model.step(step, earlier(1), &self.other) else {
+        let Some(other) = model.step(memory_of_other, step, earlier(1), &self.other) else {
             return Advance::NotConverged;
         };
         let before = std::mem::replace(&mut self.main, made.state);

@@ -22,6 +22,8 @@ pub enum Feature {
     Task(Task),
     /// The reading of scenes.
     Reading,
+    /// The functions on vectors that forces share.
+    Helpers,
     /// The number of states in a trace.
     States,
     /// The form of traces, or where they are written.
@@ -42,6 +44,7 @@ impl fmt::Display for Feature {
             Self::Fixed(family) => write!(f, "fixed particles under {family} methods"),
             Self::Task(task) => write!(f, "{task}"),
             Self::Reading => write!(f, "reading the scene"),
+            Self::Helpers => write!(f, "functions on vectors"),
             Self::States => write!(f, "the number of states"),
             Self::Output => write!(f, "the output"),
             Self::Precision => write!(f, "the precision"),

@@ -83,6 +83,7 @@ impl From<Place> for Feature {
             Place::FixedUnder(name) => Self::Fixed(Family::of(name)),
             Place::Task(task) => Self::Task(task),
             Place::Reading => Self::Reading,
+            Place::Helpers => Self::Helpers,
         }
     }
 }
@@ -194,6 +195,7 @@ impl Findings {
         let tasks = tasks::of(&scenes, &list);
         list.extend(unnamed);
         drop_lacking(&mut list);
+        tell_once(&mut list);
         list.iter_mut().for_each(|finding| finding.example = example(finding, &scenes));
         // Stable: causes keep the order in which they were found.
         list.sort_by_key(|finding| (finding.kind, finding.in_order_of_work()));
@@ -230,6 +232,36 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
             each.filter(|_| is_of_fixed).find_map(|scene| scene.misplaced())
         }
     }
+}
+
+/// Merges the same rule of several methods, which a program has in one place: `a, b: the rule`.
+fn tell_once(list: &mut Vec<Finding>) {
+    let rule = |finding: &Finding| match (&finding.features[..], &finding.words[..]) {
+        ([Feature::Integrator(name)], [words]) if finding.kind == FindingKind::Cause => {
+            words.strip_prefix(&format!("{name}: ")).map(str::to_owned)
+        }
+        _ => None,
+    };
+    let rules: Vec<Option<String>> = list.iter().map(rule).collect();
+    let mut merged: Vec<(Option<String>, Finding)> = Vec::new();
+    for (rule, finding) in rules.into_iter().zip(list.drain(..)) {
+        let known = merged.iter_mut().find(|(known, _)| rule.is_some() && *known == rule);
+        match (known, &rule) {
+            (Some((_, known)), Some(rule)) => {
+                known.features.extend(finding.features);
+                let names = known.features.iter().filter_map(|feature| match feature {
+                    Feature::Integrator(name) => Some(*name),
+                    _ => None,
+                });
+                let names: Vec<&str> = names.collect();
+                known.words = vec![format!("{}: {rule}", names.join(", ")); known.features.len()];
+                known.scenes.extend(finding.scenes);
+                known.open += finding.open;
+            }
+            _ => merged.push((rule, finding)),
+        }
+    }
+    list.extend(merged.into_iter().map(|(_, finding)| finding));
 }
 
 /// Drops the advice to look at a force that is not there.

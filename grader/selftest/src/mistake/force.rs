@@ -19,6 +19,7 @@ pub(super) fn mistakes() -> Vec<Mistake> {
         in_gravitation(),
         in_drag(),
         in_vortex(),
+        in_helpers(),
     ];
     groups.into_iter().flatten().collect()
 }
@@ -35,6 +36,24 @@ fn keep_last(scene: &mut Scene, tag: &str) {
         let number = number.next();
         element.schema.tag != tag || number == last
     });
+}
+
+/// Joins each spring's first particle to the one whose number is that of the edge.
+fn take_edge_for_second(scene: &mut Scene) {
+    let count = scene.particles.len();
+    for element in scene.forces.iter_mut().filter(|element| element.schema.tag == "springforce") {
+        if let Some(edge) = element.edge.filter(|edge| *edge < count) {
+            element.particles[1] = edge;
+        }
+    }
+}
+
+fn in_helpers() -> Vec<Mistake> {
+    let of = Subject { area: Area::Force, name: "functions on vectors", scope: Scope::Pairs };
+    vec![
+        of.mistake("length without its root", |s| s.length = |d| d.norm_squared()),
+        of.mistake("length as the sum of the components", |s| s.length = |d| d.abs().sum()),
+    ]
 }
 
 /// Keeps only the last spring on every edge.
@@ -75,6 +94,7 @@ impl Place<PairForce> {
             self.share("reaction on j missing", |f| [f, Vec2::zeros()]),
             self.share("acts on j only", |f| [Vec2::zeros(), -f]),
             self.share("reaction on j with the sign of the action", |f| [f, f]),
+            self.share("y component of the reaction on j missing", |f| [f, Vec2::new(-f.x, 0.0)]),
         ];
         usual.into_iter().chain(mistakes).collect()
     }
@@ -130,6 +150,9 @@ fn in_elastic_force() -> Vec<Mistake> {
         of.law("direction not normalised", |pair, p| -p["k"] * (pair.l() - p["l0"]) * pair.d()),
         of.law("only pulls, never pushes", |pair, p| {
             -p["k"] * (pair.l() - p["l0"]).max(0.0) * pair.n()
+        }),
+        of.subject.mistake("number of the edge as that of its second particle", |s| {
+            s.read = take_edge_for_second;
         }),
         of.subject.mistake("only one spring on each edge", |s| s.read = keep_last_on_each_edge),
     ])
@@ -196,6 +219,9 @@ fn in_gravitation() -> Vec<Mistake> {
         }),
         of.subject.mistake("only the last of several elements counts", |s| {
             s.read = |scene| keep_last(scene, "gravitationalforce");
+        }),
+        of.mistake("x component assigned, not added", |force| {
+            force.add = |sum, force| Vec2::new(force.x, sum.y + force.y);
         }),
     ])
 }

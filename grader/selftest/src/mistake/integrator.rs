@@ -1,6 +1,8 @@
 //! Mistakes in integrators.
 
-use super::super::student::{Explicit, Implicit, Student, Vec2};
+use nalgebra::{DMatrix, DVector};
+
+use super::super::student::{Explicit, Implicit, Keeps, Student, Vec2};
 use super::{Area, Mistake, Scope, Subject};
 
 pub(super) fn mistakes() -> Vec<Mistake> {
@@ -29,6 +31,9 @@ fn in_either(subject: &Subject, of: fn(&mut Student) -> &mut Explicit) -> Vec<Mi
         subject.mistake("position not moved", move |s| of(s).position = |q, _, _, _| q),
         subject.mistake("position with the mean of the old and the new velocity", move |s| {
             of(s).position = |q, old, new, h| q + h / 2.0 * (old + new);
+        }),
+        subject.mistake("forces not set to zero between steps", move |s| {
+            of(s).keeps = Keeps::Forces;
         }),
     ]
 }
@@ -88,6 +93,9 @@ fn in_linearized() -> Vec<Mistake> {
     let mut mistakes = in_either_implicit(&of, |s| &mut s.linearized);
     mistakes.extend([
         of.mistake("Jacobians at q", |s| s.linearized.jacobians_at = |q, _, _| q),
+        of.mistake("∂F/∂x at q, ∂F/∂v at q + h v", |s| {
+            s.linearized.dx_at = Some(|q, _, _| q)
+        }),
         of.mistake("force and Jacobians at q", |s| {
             s.linearized.force_at = |q, _, _| q;
             s.linearized.jacobians_at = |q, _, _| q;
@@ -107,6 +115,9 @@ fn in_linearized() -> Vec<Mistake> {
         of.mistake("∂F/∂v with the wrong sign", |s| {
             s.linearized.matrix = |m, dx, dv, h| m - h * h * dx + h * dv;
         }),
+        of.mistake("∂F/∂x and ∂F/∂v with the wrong sign", |s| {
+            s.linearized.matrix = |m, dx, dv, h| m + h * h * dx + h * dv;
+        }),
         of.mistake("no ∂F/∂x", |s| s.linearized.matrix = |m, _, dv, h| m - h * dv),
         of.mistake("no ∂F/∂v", |s| s.linearized.matrix = |m, dx, _, h| m - h * h * dx),
         of.mistake("no Jacobians at all", |s| s.linearized.matrix = |m, _, _, _| m),
@@ -114,9 +125,52 @@ fn in_linearized() -> Vec<Mistake> {
             s.linearized.solved =
                 |a, row, column| if row / 2 == column / 2 { a[(row, column)] } else { 0.0 };
         }),
+        of.mistake("forces not set to zero between steps", |s| s.linearized.keeps = Keeps::Forces),
+        of.mistake("Jacobians not set to zero between steps", |s| {
+            s.linearized.keeps = Keeps::Jacobians;
+        }),
+        of.mistake("Jacobians of the first step in all steps", |s| {
+            s.linearized.keeps = Keeps::FirstJacobians;
+        }),
+        of.mistake("elimination without the last row", |s| {
+            s.linearized.solve = |a, b| Some(eliminate(a, b, 1, 0, |factor| factor));
+        }),
+        of.mistake("elimination with the absolute value of a row's factor", |s| {
+            s.linearized.solve = |a, b| Some(eliminate(a, b, 0, 0, f64::abs));
+        }),
+        of.mistake("back substitution from two columns right of the diagonal", |s| {
+            s.linearized.solve = |a, b| Some(eliminate(a, b, 0, 1, |factor| factor));
+        }),
         of.mistake("Newton run to convergence (implicit Euler)", |s| s.linearized = s.implicit),
     ]);
     mistakes
+}
+
+/// Gaussian elimination: `rows` at the end and `columns` right of the diagonal are left out.
+fn eliminate(
+    mut a: DMatrix<f64>,
+    b: &DVector<f64>,
+    rows: usize,
+    columns: usize,
+    taken: fn(f64) -> f64,
+) -> DVector<f64> {
+    let (n, mut x) = (b.len(), b.clone());
+    for k in 0..n {
+        for i in k + 1..n - rows {
+            let factor = taken(a[(i, k)] / a[(k, k)]);
+            for j in 0..n {
+                a[(i, j)] -= factor * a[(k, j)];
+            }
+            x[i] -= factor * x[k];
+        }
+    }
+    for i in (0..n).rev() {
+        for j in i + 1 + columns..n {
+            x[i] -= a[(i, j)] * x[j];
+        }
+        x[i] /= a[(i, i)];
+    }
+    x
 }
 
 fn in_implicit() -> Vec<Mistake> {
@@ -128,6 +182,9 @@ fn in_implicit() -> Vec<Mistake> {
         of.mistake("Newton stopped at 1e-3", |s| s.implicit.tolerance = 1e-3),
         of.mistake("forgotten −M (v_i − v_n)", |s| {
             s.implicit.right_hand_side = |_, _, _, f, h| h * f;
+        }),
+        of.mistake("M (v_i − v_n) without its mass", |s| {
+            s.implicit.right_hand_side = |_, v, u, f, h| -(u - v) + h * f;
         }),
         of.mistake("M (v_i − v_n) with the wrong sign", |s| {
             s.implicit.right_hand_side = |m, v, u, f, h| m * (u - v) + h * f;

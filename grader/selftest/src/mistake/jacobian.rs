@@ -35,6 +35,14 @@ impl Place<Jacobian> {
         self.mistake(description, move |jacobian| jacobian.spread = spread)
     }
 
+    fn one_entry_negated(&self) -> Mistake {
+        self.spread("entry xy of the block i, j with the wrong sign", |k| {
+            let mut cross = -k;
+            cross[(0, 1)] = k[(0, 1)];
+            [[k, cross], [-k, k]]
+        })
+    }
+
     fn transposed(&self) -> Mistake {
         self.spread("transposed", |k| four_blocks(k.transpose()))
     }
@@ -70,7 +78,11 @@ fn in_elastic_dx() -> Vec<Mistake> {
         &mut s.elastic_dx
     });
     of.with([
+        of.one_entry_negated(),
         of.block("n nᵀ missing", |pair, p| -p["k"] * strain(pair, p) * pair.across()),
+        of.mistake("block j, j assigned, not added", |jacobian| {
+            jacobian.add = |sum, block, place| if place == [1, 1] { block } else { sum + block };
+        }),
         of.block("(l − l0)/l (I − n nᵀ) missing", |pair, p| -p["k"] * pair.nn()),
         of.block("I instead of I − n nᵀ", |pair, p| {
             -p["k"] * (pair.nn() + strain(pair, p) * Mat2::identity())
@@ -158,6 +170,7 @@ fn in_damping_dv() -> Vec<Mistake> {
         &mut s.damping_dv
     });
     of.with([
+        of.one_entry_negated(),
         of.block("not projected on the spring's axis", |_, p| -p["b"] * Mat2::identity()),
         of.block("projected across the spring's axis", |pair, p| -p["b"] * pair.across()),
         of.block("coefficient missing", |pair, _| -pair.nn()),
@@ -175,6 +188,7 @@ fn in_gravitation_dx() -> Vec<Mistake> {
     let of =
         place("gravitation, ∂F/∂x", Part::All("gravitationalforce"), |s| &mut s.gravitation_dx);
     of.with([
+        of.one_entry_negated(),
         of.block("3 n nᵀ missing", |pair, p| -weight(pair, p) * Mat2::identity()),
         of.block("n nᵀ without its 3", |pair, p| -weight(pair, p) * pair.across()),
         of.block("I missing", |pair, p| 3.0 * weight(pair, p) * pair.nn()),

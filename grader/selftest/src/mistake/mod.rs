@@ -64,6 +64,8 @@ enum Scope {
     Jacobian(Part),
     /// Scenes under this integrator.
     Integrator(&'static str),
+    /// Scenes with a force between two particles.
+    Pairs,
     /// Scenes with a fixed particle; where the mistake is in one of the explicit or implicit methods, under these.
     Fixed(Family),
     /// Scenes under this integrator that have something, and the feature to blame.
@@ -82,6 +84,7 @@ impl Scope {
         match self {
             Self::Force(part) => has(part),
             Self::Jacobian(part) => implicit && has(part),
+            Self::Pairs => scene.forces.iter().any(|force| force.pair().is_some()),
             Self::Integrator(name) => scene.integrator.name == name,
             Self::Fixed(family) => {
                 let concerned = match family {
@@ -101,6 +104,7 @@ impl Scope {
             Self::Force(part) => Feature::Force(part),
             Self::Jacobian(part) => Feature::Jacobian(part),
             Self::Integrator(name) => Feature::Integrator(name),
+            Self::Pairs => Feature::Helpers,
             Self::Fixed(family) => Feature::Fixed(family),
             Self::Within(_, _, feature) => feature,
         }

@@ -30,6 +30,7 @@ pub(super) fn survivors(
     let mut whole: Vec<Change> = candidates::replacements(inner);
     whole.extend(candidates::of_integrator(inner));
     whole.extend(candidates::of_fixed(inner));
+    whole.extend(candidates::of_helpers(inner));
     whole.extend(candidates::of_reading(inner, time_steps));
     whole.extend(candidates::of_process(inner));
     whole.extend(round_changes::of_rounds(inner));
@@ -337,6 +338,10 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         | Effect::Ends(term, _)
         | Effect::Length(term, _)
         | Effect::Read(term, _) => Some((*term, Quantity::Force)),
-        Effect::Method(..) | Effect::Fixed(_) | Effect::Scene(_) | Effect::Rounds(_) => None,
+        Effect::Method(..)
+        | Effect::Fixed(_)
+        | Effect::Helper(_)
+        | Effect::Scene(_)
+        | Effect::Rounds(_) => None,
     }
 }

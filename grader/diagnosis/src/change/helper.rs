@@ -1,0 +1,97 @@
+//! Slips in functions on vectors that all forces of a program share.
+//!
+//! ```text
+//! dot a·b      length |d| = √(d·d)      direction n = d/l
+//! ```
+
+use nalgebra::Vector3;
+
+use super::Axes;
+
+/// A function on vectors with a slip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Helper {
+    /// Dot products, and the lengths computed by them.
+    Dot(Dot),
+    /// Lengths, and the directions computed by them.
+    Length(Length),
+    /// Directions: `d` with other components, divided by this power of the length.
+    Direction(Option<Axes>, f64, i32),
+}
+
+/// A dot product.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dot {
+    /// One component alone.
+    Along(usize),
+    /// The product of the second components has the wrong sign.
+    Minus,
+    /// `a_x b_y + a_y b_x`.
+    Crossed,
+}
+
+/// A length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Length {
+    /// Without its root.
+    Square,
+    /// The sum of the sizes of the components.
+    Sum,
+    /// The largest of these.
+    Largest,
+}
+
+/// Every helper with a slip, in words.
+pub(super) fn all() -> Vec<(Helper, &'static str)> {
+    let direction = |axes, sign, power| Helper::Direction(axes, sign, power);
+    vec![
+        (Helper::Length(Length::Square), "lengths have no root: l is d·d"),
+        (Helper::Length(Length::Sum), "lengths are sums of components: l is |d_x| + |d_y|"),
+        (
+            Helper::Length(Length::Largest),
+            "lengths are the largest component: l is max(|d_x|, |d_y|)",
+        ),
+        (direction(None, 1.0, 0), "directions are not normalised: n is d"),
+        (direction(None, 1.0, 2), "directions are divided by the length twice: n is d/l²"),
+        (direction(None, -1.0, 1), "directions have the wrong sign: n is −d/l"),
+        (direction(Some(Axes::Swapped), 1.0, 1), "directions have x and y swapped"),
+        (Helper::Dot(Dot::Along(0)), "dot products, also in lengths, have the x components alone"),
+        (Helper::Dot(Dot::Along(1)), "dot products, also in lengths, have the y components alone"),
+        (
+            Helper::Dot(Dot::Minus),
+            "dot products, also in lengths, subtract the product of the y components",
+        ),
+        (Helper::Dot(Dot::Crossed), "dot products, also in lengths, multiply x by y components"),
+    ]
+}
+
+/// `a·b`.
+pub(super) fn dot(helper: Option<Helper>, a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    match helper {
+        Some(Helper::Dot(Dot::Along(axis))) => a[axis] * b[axis],
+        Some(Helper::Dot(Dot::Minus)) => a.dot(b) - 2.0 * a.y * b.y,
+        Some(Helper::Dot(Dot::Crossed)) => a.x * b.y + a.y * b.x,
+        _ => a.dot(b),
+    }
+}
+
+/// `|a|`.
+pub(super) fn length(helper: Option<Helper>, a: &Vector3<f64>) -> f64 {
+    match helper {
+        Some(Helper::Dot(_)) => dot(helper, a, a).sqrt(),
+        Some(Helper::Length(Length::Square)) => a.norm_squared(),
+        Some(Helper::Length(Length::Sum)) => a.abs().sum(),
+        Some(Helper::Length(Length::Largest)) => a.amax(),
+        _ => a.norm(),
+    }
+}
+
+/// `d/l`.
+pub(super) fn direction(helper: Option<Helper>, d: Vector3<f64>, l: f64) -> Vector3<f64> {
+    match helper {
+        Some(Helper::Direction(axes, sign, power)) => {
+            axes.map_or(d, |axes| axes.of_vector(d)) * sign / l.powi(power)
+        }
+        _ => d / l,
+    }
+}

@@ -333,11 +333,23 @@ fn open(
              submission.toml"
         )),
         Located::Ambiguous(message) => unusable(message),
-        Located::NotExecutable => Err(NotOpened::Invalid(format!(
-            "{0}: no submission: the file is not executable\n  help: name a program, a folder with submission.toml, or a \
-             folder of traces; `chmod +x {0}` makes a script executable, and --pack grades sources",
-            name.line()
-        ))),
+        Located::NotExecutable => {
+            let name = name.line();
+            let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+            let help = if TraceFormat::of_path(path).is_some() {
+                "name the folder in which this trace lies as GROUP/SCENE".to_owned()
+            } else if extension == "xml" || extension == "json" {
+                format!("`simulate {name}` runs a scene; name a program, or a folder of its traces")
+            } else {
+                format!(
+                    "name a program, a folder with submission.toml, or a folder of traces; `chmod +x {name}` makes a \
+                     script executable, and --pack grades sources"
+                )
+            };
+            Err(NotOpened::Invalid(format!(
+                "{name}: no submission: the file is not executable\n  help: {help}"
+            )))
+        }
         Located::Nothing => Err(NotOpened::Nothing),
     }
 }

@@ -421,16 +421,17 @@ impl fmt::Display for Report {
             && wrong > 0
         {
             let places = self.wrong.len();
-            write!(f, "\n  {places} entries are wrong, at {wrong} of {judged} states")?;
+            let entries = if places == 1 { "entry is" } else { "entries are" };
+            write!(f, "\n  {places} {entries} wrong, at {wrong} of {}", counted(judged, "state"))?;
             if wrong < judged {
                 write!(f, ": on a branch, or where the entry is not zero")?;
             }
         }
         if let Some(Worst { finding, state, .. }) = &self.worst {
             let Finding { row, column, entry, .. } = finding;
-            write!(f, "\n  entry ({row}, {column}) at {}: yours {:e}", state.name, entry.analytic)?;
+            write!(f, "\n  entry ({row}, {column}) at {}: yours {:?}", state.name, entry.analytic)?;
             match entry.sharpest() {
-                Some(e) => write!(f, ", measured {:e} ± {:.1e}", e.value, e.uncertainty)?,
+                Some(e) => write!(f, ", measured {:?} ± {:.1e}", e.value, e.uncertainty)?,
                 None => write!(f, ", not measured")?,
             }
             write!(f, "\n    x = {:?}", state.x)?;
@@ -451,12 +452,12 @@ impl fmt::Display for Report {
         }
         let count = |of: fn(&StateFinding) -> bool| self.states.iter().filter(|s| of(s)).count();
         for (number, what) in [
-            (count(|state| state.kinks > 0), "lie on a kink of the function"),
-            (count(|state| state.jumps > 0), "lie on a jump of the function"),
-            (count(|s| s.verdict == Verdict::Inconclusive(Reason::Degenerate)), "have no value"),
+            (count(|state| state.kinks > 0), "a kink of the function"),
+            (count(|state| state.jumps > 0), "a jump of the function"),
+            (count(|s| s.verdict == Verdict::Inconclusive(Reason::Degenerate)), "no value"),
         ] {
             if number > 0 {
-                write!(f, "\n  {number} of {} states {what}", self.states.len())?;
+                write!(f, "\n  {what} at {number} of {}", counted(self.states.len(), "state"))?;
             }
         }
         match self.single {
@@ -465,11 +466,17 @@ impl fmt::Display for Report {
             [false, true] => write!(f, "\n  the Jacobian is in single precision")?,
             [false, false] => {}
         }
-        let states = self.states.len();
         write!(
             f,
-            "\n  {states} states, {} calls of the function, {} of the Jacobian",
-            calls.values, calls.jacobians
+            "\n  {}, {} of the function, {} of the Jacobian",
+            counted(self.states.len(), "state"),
+            counted(calls.values, "call"),
+            calls.jacobians
         )
     }
+}
+
+/// `1 state`, `2 states`.
+fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

@@ -273,7 +273,9 @@ fn non_submission_gets_one_message() {
     let folder = tempfile::tempdir().unwrap();
     write(&folder.path().join("empty/notes.txt"), "nothing");
     for (submission, reason) in [
-        (root().join("README.md"), "the file is not executable"),
+        (root().join("README.md"), "--pack grades sources"),
+        (root().join("assets/SpringDamping/shearing-triangle-linearized.xml"), "`simulate /"),
+        (root().join("expected/SpringDamping/shearing-triangle-linearized.csv"), "name the folder"),
         (folder.path().join("empty"), "no submission.toml in this folder, and no trace"),
     ] {
         let Run { code, stdout, stderr: message } = graded(&submission, &[]);

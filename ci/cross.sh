@@ -25,10 +25,13 @@ cross() {
         clang=$(compgen -c clang- | sort -V | grep -m1 -E '^clang-[0-9]+$')
         mkdir -p "$tools"
         "$clang" --target=wasm32-wasi -isystem /usr/include/wasm32-wasi -Os -c web/compat.c -o "$tools/compat.o"
-        printf '#!/bin/sh\nexec %s "$@" --strip-all %s\n' "$(PATH=${PATH#$tools:} command -v wasm-ld)" "$tools/compat.o" >"$tools/wasm-ld"
+        # A library has no entry.
+        printf '#!/bin/sh\ncase " $* " in *" --no-entry "*) start=reactor ;; *) start=command ;; esac\n%s\n' \
+            "exec $(PATH=${PATH#$tools:} command -v wasm-ld) \"\$@\" --strip-all $tools/compat.o /usr/lib/wasm32-wasi/crt1-\$start.o" \
+            >"$tools/wasm-ld"
         chmod +x "$tools/wasm-ld"
         flags=(-C linker-flavor=wasm-ld -C linker=wasm-ld -C link-self-contained=no
-            -C link-arg=-L/usr/lib/wasm32-wasi -C link-arg=/usr/lib/wasm32-wasi/crt1-command.o) ;;
+            -C link-arg=-L/usr/lib/wasm32-wasi) ;;
     esac
     PATH=${tools:+$tools:}$PATH RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc RUSTFLAGS="${flags[*]}" CARGO_TARGET_DIR=$CROSS_FOLDER \
         CARGO_PROFILE_RELEASE_PANIC=abort CARGO_PROFILE_DIST_PANIC=abort CARGO_PROFILE_DEV_PANIC=abort \

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the page that grades in a browser, target/web/index.html: `grade` as WebAssembly, with its scenes, in one file.
-# Then tries it in Chromium, from file://. Needs wasi-libc and lld with Debian's compiler, or the target of rustup, and node.
+# Builds the pages for a browser: target/web/index.html, `grade` as WebAssembly with its scenes, and playground.html, the
+# simulator; one file each. Then tries them in Chromium, from file://. Needs wasi-libc and lld with Debian's compiler, or the target of rustup, and node.
 #
 #     ci/web.sh           builds and tries
 #     ci/web.sh build     builds
@@ -10,11 +10,11 @@ cd "$(dirname "$0")/.."
 
 target=wasm32-wasip1
 profile=${WEB_PROFILE:-release}
-echo "+ cargo build --profile $profile --target $target --bin grade"
-cross build $target --profile "$profile" --bin grade
-program=target/$target/$profile/grade.wasm
-[ -f "$program" ] || program=$CROSS_FOLDER/$target/$profile/grade.wasm
-node web/build.cjs "$program" target/web/index.html
+echo "+ cargo build --profile $profile --target $target --bin grade --lib -p grade -p playground"
+cross build $target --profile "$profile" --bin grade --lib -p grade -p playground
+built=target/$target/$profile
+[ -f "$built/grade.wasm" ] || built=$CROSS_FOLDER/$target/$profile
+node web/build.cjs target/web "$built/grade.wasm" "$built/playground.wasm"
 [ "${1:-}" != build ] || exit 0
 
 tools=target/browser/tools
@@ -23,3 +23,4 @@ if ! command -v chromium >/dev/null || [ ! -d "$tools/node_modules/playwright-co
     exit 0
 fi
 NODE_PATH=$PWD/$tools/node_modules node ci/browser/web.cjs "$(command -v chromium)"
+NODE_PATH=$PWD/$tools/node_modules node ci/browser/playground.cjs "$(command -v chromium)"

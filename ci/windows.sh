@@ -69,7 +69,8 @@ check 0 'All passed|Required' grade right --assignment t1m3
 check 0 'All passed|Required' grade right.zip --assignment t1m3
 check 0 'All passed|Required' grade crlf --assignment t1m3
 check 0 'All passed|Required' grade 'right\' --assignment t1m3
-check 1 "$scene" grade wrong --assignment t1m3 --html report.html --report json=report.json --report junit=report.xml
+check 1 'open report.html' grade wrong --assignment t1m3 --html report.html --report json=report.json --report junit=report.xml
+check 0 "$scene" cat report.json report.xml
 check 0 '<template' grep -a '<template' report.html
 check 1 "$scene" grade wrong --assignment t1m3 --html pages
 check 0 '' test -f pages/index.html

@@ -95,18 +95,10 @@ class Site {
     }
   }
 
-  /* Decodes the program in this page, and starts the worker. */
+  /* Starts the worker. */
   async load() {
     try {
-      const digits = document.getElementById("grade-program").textContent;
-      const packed = Uint8Array.from(atob(digits), (digit) => digit.charCodeAt(0));
-      const bytes = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-      this.module = await WebAssembly.compile(await new Response(bytes).arrayBuffer());
-      const source = new Blob([document.getElementById("worker-source").textContent], { type: "text/javascript" });
-      this.worker = new Worker(URL.createObjectURL(source));
-      this.worker.addEventListener("message", ({ data }) => this.answer(data));
-      this.worker.addEventListener("error", (event) => this.refuse(`The grader failed: ${event.message}`));
-      this.worker.postMessage({ module: this.module });
+      this.worker = await Program.start((data) => this.answer(data), (words) => this.refuse(`The grader failed: ${words}`));
     } catch (error) {
       this.refuse(`The grader could not be loaded: ${error.message}\nThis page needs a browser of 2023 or later.`);
     }

@@ -1,7 +1,7 @@
 //! The C interface of the check of Jacobians: `include/spring_oracle.h` documents it, `include/spring_oracle.hpp` wraps it for
 //! C++ with Eigen.
 //!
-//! This is the one crate with unsafe code: it reads the pointers that a caller in C passes, and calls the caller's functions.
+//! This is the one crate with unsafe operations: it reads the pointers that a caller in C passes, and calls the caller's functions.
 //! No panic leaves it (`catch_unwind`), and no exception may enter it: the C++ header catches those of callbacks. An exception
 //! that enters it all the same ends the process, with a message; a callback that left by `longjmp` is reported by the next check.
 

@@ -5,22 +5,31 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use super::StepError;
 
-/// A flag that ends a running step; its clones are the same flag.
+/// A flag that ends a running step, or a time at which it ends; its clones are the same flag.
 #[derive(Debug, Clone, Default)]
-pub struct Interrupt(Arc<AtomicBool>);
+pub struct Interrupt {
+    flag: Arc<AtomicBool>,
+    end: Option<Instant>,
+}
 
 impl Interrupt {
+    /// One that is raised from `end` on.
+    pub fn at(end: Instant) -> Self {
+        Self { end: Some(end), ..Self::default() }
+    }
+
     /// Ends the running step, and all later ones, with [`StepError::Interrupted`].
     pub fn raise(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.flag.store(true, Ordering::Relaxed);
     }
 
     /// Whether it was raised.
     pub fn is_raised(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.flag.load(Ordering::Relaxed) || self.end.is_some_and(|end| Instant::now() >= end)
     }
 
     /// An error if it was raised.

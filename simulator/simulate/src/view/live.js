@@ -1,7 +1,7 @@
 "use strict";
 
-/* The page of `simulate view`: asks for a frame, draws it, and asks for the next one. All numbers come from the simulator;
- * the page draws them and counts frames. */
+/* A scene that runs live: asks for a frame, draws it, and asks for the next one. All numbers come from the simulator; the page
+ * draws them and counts frames. */
 
 /* One run: its integrator and time step, its picture and what is said of it. */
 Report.Pane = class {
@@ -212,8 +212,10 @@ Report.Live = class {
   /* Longest time between two frames that the run makes up for, in seconds. */
   static LONGEST = 0.25;
 
-  constructor(host, data) {
+  /* `ask(request)` yields the bytes of a frame. */
+  constructor(host, data, ask) {
     this.data = data;
+    this.answer = ask;
     this.session = data.session;
     this.playing = false;
     this.held = null;
@@ -230,9 +232,19 @@ Report.Live = class {
     this.panes = [];
     this.build(host);
     this.add();
-    document.addEventListener("keydown", (event) => this.key(event));
-    document.addEventListener("visibilitychange", () => this.pause(true));
+    this.closing = new AbortController();
+    const { signal } = this.closing;
+    document.addEventListener("keydown", (event) => this.key(event), { signal });
+    document.addEventListener("visibilitychange", () => this.pause(true), { signal });
     requestAnimationFrame((now) => this.tick(now));
+  }
+
+  /* Leaves the page to another scene. */
+  close() {
+    this.ended = true;
+    this.closing.abort();
+    for (const pane of this.panes) pane.close();
+    this.host.remove();
   }
 
   /* A field for a number, with buttons that halve and double it. */
@@ -466,6 +478,7 @@ Report.Live = class {
 
   /* Before each picture: asks for the next frame, which is computed while the last one is drawn. */
   tick(now) {
+    if (this.closing.signal.aborted) return;
     requestAnimationFrame((next) => this.tick(next));
     if (this.waiting) this.missed = true;
     else this.ask(now);
@@ -494,9 +507,8 @@ Report.Live = class {
   async frame(request, wall) {
     this.waiting = true;
     try {
-      const response = await fetch("frame", { method: "POST", body: JSON.stringify(request) });
-      if (!response.ok) throw new Error(await response.text());
-      const bytes = await response.arrayBuffer();
+      const bytes = await this.answer(request);
+      if (this.closing.signal.aborted) return;
       const length = new DataView(bytes).getUint32(0, true);
       const statuses = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 8, length)));
       const count = this.data.scene.count * this.data.scene.dimension;
@@ -507,7 +519,9 @@ Report.Live = class {
       });
       this.fresh = true;
     } catch (error) {
-      this.end(error);
+      if (this.closing.signal.aborted) return;
+      this.ended = true;
+      Report.end(error);
     }
     this.waiting = false;
     // A frame that came too late for a picture is followed by the next one at once.
@@ -528,33 +542,4 @@ Report.Live = class {
       marks: this.panes.flatMap((pane) => pane.marks()),
     });
   }
-
-  end(error) {
-    this.ended = true;
-    const lost = error instanceof TypeError;
-    Report.end(lost ? "simulate has ended. Start it again, and open the address that it prints." : `${error.message.trim()}. Reload this page to take it over.`);
-  }
 };
-
-Report.end = function (words) {
-  const ended = document.getElementById("ended");
-  ended.textContent = words;
-  ended.hidden = false;
-};
-
-Report.start = async function () {
-  try {
-    const response = await fetch("open", { method: "POST" });
-    if (!response.ok) throw new Error(await response.text());
-    const data = await response.json();
-    data.scene.fixed = data.fixed;
-    document.title = `${data.name} – simulate view`;
-    document.getElementById("name").textContent = data.name;
-    document.getElementById("description").textContent = data.description ?? "";
-    Report.live = new Report.Live(document.getElementById("live"), data);
-  } catch (error) {
-    Report.end(`The scene could not be opened: ${error.message}`);
-    throw error;
-  }
-};
-Report.start();

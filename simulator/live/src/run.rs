@@ -4,11 +4,12 @@
 //! for bit. A change builds the simulation anew at the current state. A new time step h continues at the multiple of h that
 //! is nearest to the current time.
 //!
-//! A separate thread takes the steps of a run ([`worker`](super::worker)). A step that takes long does not hold up the
+//! A separate thread takes the steps of a run ([`worker`](crate::worker)). A step that takes long does not hold up the
 //! page: [`Run::finish`] gives up waiting, and says for how long the step has been running. A reset and a change of the
 //! settings abandon it. A particle that is held, or let go, waits for its end.
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use scene::error::Problem;
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use simulator::simulation::{FailureKind, SimulationError};
 use simulator::vocabulary;
 
-use super::worker::{Done, Job, State, Stopped, Worker};
+use crate::worker::{Done, Job, State, Stopped, Worker};
 
 /// Tag of the wind.
 const WIND: &str = "windforce";
@@ -32,9 +33,9 @@ const PINS: (&str, &str) = ("pins", "elimination");
 /// Settings of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
-pub(super) struct Settings {
+pub(crate) struct Settings {
     /// Name of the integrator.
-    pub(super) integrator: String,
+    pub(crate) integrator: String,
     /// In seconds.
     time_step: f64,
     /// Factor of the mass of every particle.
@@ -50,21 +51,21 @@ pub(super) struct Settings {
 /// A particle that the page holds, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Hold {
+pub(crate) struct Hold {
     particle: usize,
     position: [f64; 3],
 }
 
 /// How far a run advances: one step, or the whole steps of a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Advance {
+pub(crate) enum Advance {
     Step,
     Seconds(f64),
 }
 
 /// A running scene.
-pub(super) struct Run<'a> {
-    original: &'a Scene,
+pub(crate) struct Run {
+    original: Arc<Scene>,
     budget: Duration,
     settings: Settings,
     hold: Option<Hold>,
@@ -86,7 +87,7 @@ pub(super) struct Run<'a> {
 
 /// Why a run stands still.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Failure {
+pub(crate) struct Failure {
     kind: Standstill,
     message: String,
     help: String,
@@ -107,12 +108,12 @@ enum Standstill {
 /// Result of [`Run::finish`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Status {
+pub(crate) struct Status {
     /// Number of the state, and its time.
     step: u64,
     time: f64,
     /// Steps that were taken, and their simulated time.
-    pub(super) steps: u64,
+    pub(crate) steps: u64,
     simulated: f64,
     /// Time that the steps took, in seconds.
     computing: f64,
@@ -128,7 +129,7 @@ pub(super) struct Status {
 
 /// Steps that have not ended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Underway {
+pub(crate) struct Underway {
     /// For how long they have been running.
     seconds: f64,
     /// Whether their states are no longer wanted; the next steps wait for their end.
@@ -137,7 +138,7 @@ pub(super) struct Underway {
 
 impl Settings {
     /// The settings of the scene as it is.
-    pub(super) fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         Self {
             integrator: scene.integrator.name.to_owned(),
             time_step: scene.time_step,
@@ -232,13 +233,12 @@ fn wind(scene: &Scene) -> f64 {
     winds.map(|force| force.parameter("strength")).sum()
 }
 
-impl<'a> Run<'a> {
+impl Run {
     /// A run at the scene's initial state. `budget` is the computing time of a frame.
-    pub(super) fn new(original: &'a Scene, budget: Duration) -> Self {
+    pub(crate) fn new(original: Arc<Scene>, budget: Duration) -> Self {
         let mut run = Self {
-            original,
             budget,
-            settings: Settings::of(original),
+            settings: Settings::of(&original),
             hold: None,
             wanted: None,
             worker: Worker::start(budget),
@@ -254,14 +254,15 @@ impl<'a> Run<'a> {
             },
             energies: None,
             failure: None,
+            original,
         };
         run.rebuild();
         run
     }
 
     /// A second run at the same state.
-    pub(super) fn beside(&self) -> Self {
-        let mut run = Self::new(self.original, self.budget);
+    pub(crate) fn beside(&self) -> Self {
+        let mut run = Self::new(Arc::clone(&self.original), self.budget);
         (run.settings, run.hold, run.wanted) = (self.settings.clone(), self.hold, self.wanted);
         run.state = self.state.clone();
         run.rebuild();
@@ -269,14 +270,14 @@ impl<'a> Run<'a> {
     }
 
     /// Returns to the scene's initial state and its settings.
-    pub(super) fn restart(&mut self) {
-        self.settings = Settings::of(self.original);
+    pub(crate) fn restart(&mut self) {
+        self.settings = Settings::of(&self.original);
         (self.hold, self.wanted) = (None, None);
         self.reset();
     }
 
     /// Returns to the initial state.
-    pub(super) fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.state.positions = self.original.positions();
         self.state.velocities = self.original.velocities();
         (self.state.time, self.owed) = (0.0, 0.0);
@@ -284,7 +285,7 @@ impl<'a> Run<'a> {
     }
 
     /// Continues with other settings, from the last state that is finite.
-    pub(super) fn set(&mut self, settings: &Settings) {
+    pub(crate) fn set(&mut self, settings: &Settings) {
         if *settings != self.settings {
             self.settings = settings.clone();
             self.rebuild();
@@ -293,7 +294,7 @@ impl<'a> Run<'a> {
 
     /// Holds a particle at a position, at rest and as if it was fixed, or lets it go. A fixed particle that is let go has
     /// its velocity again.
-    pub(super) fn hold(&mut self, hold: Option<Hold>) {
+    pub(crate) fn hold(&mut self, hold: Option<Hold>) {
         self.wanted = hold;
         self.take_hold();
     }
@@ -326,7 +327,7 @@ impl<'a> Run<'a> {
     /// Builds the simulation anew, at the last state that is finite. Abandons steps that are running.
     fn rebuild(&mut self) {
         self.worker.abandon();
-        match self.settings.apply(self.original, self.hold.map(|hold| hold.particle)) {
+        match self.settings.apply(&self.original, self.hold.map(|hold| hold.particle)) {
             Ok(scene) => {
                 self.scene = Some(scene);
                 self.failure = None;
@@ -345,7 +346,7 @@ impl<'a> Run<'a> {
 
     /// Starts to advance; [`Self::finish`] waits for the steps. While steps are running, no others are started: a step that
     /// is asked for is the one that is running, and time that is asked for is left out beyond one step.
-    pub(super) fn begin(&mut self, advance: Advance) {
+    pub(crate) fn begin(&mut self, advance: Advance) {
         self.moves = advance != Advance::Seconds(0.0);
         match advance {
             Advance::Step if self.worker.is_running() => {}
@@ -378,7 +379,7 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// If the thread of the steps has ended by an internal error.
-    pub(super) fn finish(&mut self, deadline: Instant) -> Result<Status, Stopped> {
+    pub(crate) fn finish(&mut self, deadline: Instant) -> Result<Status, Stopped> {
         let h = self.settings.time_step;
         let (mut steps, mut computing) = (0, 0.0);
         while self.worker.is_busy() {
@@ -434,14 +435,14 @@ impl<'a> Run<'a> {
     }
 
     /// The last positions that are finite, `n·D`.
-    pub(super) fn positions(&self) -> &[f64] {
+    pub(crate) fn positions(&self) -> &[f64] {
         &self.state.positions
     }
 }
 
 impl Hold {
     /// Whether the particle is one of the scene's, and its position a point.
-    pub(super) fn is_of(&self, scene: &Scene) -> bool {
+    pub(crate) fn is_of(&self, scene: &Scene) -> bool {
         let is_point = self.position.iter().all(|value| value.is_finite());
         is_point && self.particle < scene.particles.len()
     }
@@ -467,7 +468,7 @@ mod tests {
     const BUDGET: Duration = Duration::from_secs(60);
 
     /// Takes the steps, however long they take.
-    fn advance(run: &mut Run<'_>, advance: Advance) -> Status {
+    fn advance(run: &mut Run, advance: Advance) -> Status {
         run.begin(advance);
         run.finish(Instant::now() + Duration::from_secs(600)).ok().unwrap()
     }
@@ -480,7 +481,7 @@ mod tests {
         xml::parse(text, "scene.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
     }
 
-    fn changed(run: &Run<'_>, change: impl FnOnce(&mut Settings)) -> Settings {
+    fn changed(run: &Run, change: impl FnOnce(&mut Settings)) -> Settings {
         let mut settings = run.settings.clone();
         change(&mut settings);
         settings
@@ -489,7 +490,7 @@ mod tests {
     #[test]
     fn a_run_is_the_simulation_of_the_scene() {
         let scene = scene();
-        let mut run = Run::new(&scene, BUDGET);
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
         // Frames of 1/60 s, which are no multiple of the step.
         let steps: u64 =
             (0..60).map(|_| advance(&mut run, Advance::Seconds(1.0 / 60.0)).steps).sum();
@@ -507,7 +508,7 @@ mod tests {
     #[test]
     fn settings_take_effect_from_the_current_state() {
         let scene = scene();
-        let mut run = Run::new(&scene, BUDGET);
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
         advance(&mut run, Advance::Seconds(0.1));
         let before = run.state.clone();
         run.set(&changed(&run, |settings| {
@@ -544,7 +545,7 @@ mod tests {
     #[test]
     fn invalid_settings_stop_the_run_with_a_reason() {
         let scene = scene();
-        let mut run = Run::new(&scene, BUDGET);
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
         let before = run.positions().to_vec();
         type Edit = fn(&mut Settings);
         let wrong: [(&str, Edit); 8] = [
@@ -573,7 +574,7 @@ mod tests {
     #[test]
     fn explicit_euler_blows_up_and_the_last_state_is_kept() {
         let scene = scene();
-        let mut run = Run::new(&scene, BUDGET);
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
         run.set(&changed(&run, |settings| {
             (settings.integrator, settings.time_step) = ("explicit-euler".to_owned(), 0.5);
         }));
@@ -591,7 +592,7 @@ mod tests {
     #[test]
     fn overlong_steps_are_skipped() {
         let scene = scene();
-        let mut run = Run::new(&scene, Duration::ZERO);
+        let mut run = Run::new(Arc::new(scene.clone()), Duration::ZERO);
         let status = advance(&mut run, Advance::Seconds(0.1));
         assert_eq!((status.steps, status.simulated), (1, 0.01));
         assert!((status.late - 0.08).abs() < 1e-12, "{status:?}");
@@ -603,7 +604,7 @@ mod tests {
     #[test]
     fn held_particle_stays_and_is_released() {
         let scene = scene();
-        let mut run = Run::new(&scene, BUDGET);
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
         let held = |particle, position: [f64; 2]| {
             Some(Hold { particle, position: [position[0], position[1], 0.0] })
         };
@@ -631,7 +632,7 @@ mod tests {
         scene.integrator = vocabulary().integrator("fast-mass-spring").unwrap();
         scene.integrator_options = IntegratorOptions::defaults(scene.integrator);
         scene.integrator_options.set("pins", "penalty").unwrap();
-        let mut run = Run::new(&scene, BUDGET);
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
         run.hold(Some(Hold { particle: 1, position: [0.3, 1.4, 0.0] }));
         assert_eq!(advance(&mut run, Advance::Seconds(0.1)).failure, None);
         assert_eq!(run.positions()[2..], [0.3, 1.4]);
@@ -643,7 +644,7 @@ mod tests {
     #[test]
     fn a_second_run_continues_from_the_state_of_the_first() {
         let scene = scene();
-        let mut run = Run::new(&scene, BUDGET);
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
         advance(&mut run, Advance::Seconds(0.1));
         let mut beside = run.beside();
         for run in [&mut run, &mut beside] {
@@ -665,8 +666,8 @@ mod tests {
     #[test]
     fn a_step_that_takes_long_is_reported_and_a_change_of_the_settings_abandons_it() {
         let scene = endless();
-        let mut run = Run::new(&scene, BUDGET);
-        let now = |run: &mut Run<'_>, advance| {
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
+        let now = |run: &mut Run, advance| {
             run.begin(advance);
             run.finish(Instant::now() + Duration::from_millis(20)).ok().unwrap()
         };

@@ -135,6 +135,25 @@ struct Failing {
     is_spelling: bool,
 }
 
+impl Failing {
+    /// The failure as it was drawn.
+    fn discovery(&self, proven: Option<Finding>, count: usize) -> Discovery {
+        let Self { number, scene, text, wrong, is_spelling } = self.clone();
+        let [particles, forces, steps, ..] = measure(&scene);
+        Discovery {
+            proven,
+            possible: None,
+            count,
+            number,
+            original: [particles, forces, steps],
+            shrunk: Shrunk { scene, wrong, runs: 0 },
+            text,
+            is_spelling,
+            broken: Vec::new(),
+        }
+    }
+}
+
 /// What the batches so far showed.
 #[derive(Default)]
 struct Memory {
@@ -255,7 +274,8 @@ pub fn run(
                 }
                 let drawn = memory.next(plan, number)?;
                 let judgement = judge.judge(subject, &drawn.scene, &drawn.text);
-                Some((number, drawn, judgement, start.elapsed()))
+                // An interrupt kills programs, which is no failure of theirs.
+                (!is_stopped()).then(|| (number, drawn, judgement, start.elapsed()))
             })
             .collect();
         if judged.is_empty() {
@@ -291,11 +311,34 @@ pub fn run(
             return campaign;
         }
     }
-    if !is_stopped() {
-        let tested = Tested { subject, judge, scope: &plan.scope, effort: plan.effort };
+    if is_stopped() {
+        let simplest = failures.iter().min_by_key(|failing| measure(&failing.scene));
+        let simplest = simplest.map(|failing| failing.discovery(None, failures.len()));
+        campaign.discoveries = simplest.into_iter().collect();
+    } else {
+        let (scope, effort) = (&plan.scope, plan.effort);
+        let tested = Tested { subject, judge, scope, effort, is_stopped };
         (campaign.discoveries, campaign.further) = tested.discoveries(failures, &rights);
     }
     campaign
+}
+
+/// The smallest scene in which a subject fails as in this one, by this cause if it is proven; `None` where it does not fail, or
+/// the scene tells nothing.
+pub fn smallest(
+    subject: &dyn Subject,
+    (scope, effort): (&Scope, Effort),
+    scene: &Scene,
+    proven: Option<Finding>,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Option<Discovery> {
+    let judge = &Judge::default();
+    let text = plain(scene)?;
+    let scene = read(&text)?;
+    let Judgement::Wrong(wrong) = judge.judge(subject, &scene, &text) else { return None };
+    let failing = Failing { number: 0, scene, text, wrong: *wrong, is_spelling: false };
+    let tested = Tested { subject, judge, scope, effort, is_stopped };
+    Some(tested.discovery(&failing, proven, 1))
 }
 
 /// What is tested, and how much its failures may cost.
@@ -304,6 +347,8 @@ struct Tested<'a> {
     judge: &'a Judge,
     scope: &'a Scope,
     effort: Effort,
+    /// A program that is run after that is killed, which is no failure of it.
+    is_stopped: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Tested<'_> {
@@ -379,20 +424,9 @@ impl Tested<'_> {
 
     /// Shrinks a failure.
     fn discovery(&self, failing: &Failing, proven: Option<Finding>, count: usize) -> Discovery {
-        let Failing { number, scene, text, wrong, is_spelling } = failing;
-        let [particles, forces, steps, ..] = measure(scene);
-        let mut discovery = Discovery {
-            proven,
-            possible: None,
-            count,
-            number: *number,
-            original: [particles, forces, steps],
-            shrunk: Shrunk { scene: scene.clone(), wrong: wrong.clone(), runs: 0 },
-            text: text.clone(),
-            is_spelling: *is_spelling,
-            broken: Vec::new(),
-        };
-        if *is_spelling {
+        let Failing { scene, wrong, .. } = failing;
+        let mut discovery = failing.discovery(proven, count);
+        if failing.is_spelling {
             return discovery;
         }
         let words = discovery.proven.as_ref().map(|finding| finding.words.clone());
@@ -404,8 +438,9 @@ impl Tested<'_> {
             let alone = cause::find(&[Evidence::Wrong(scene, wrong)]).findings.list;
             discovery.possible = alone.into_iter().find(is_proven);
         }
-        if !wrong.states.is_empty() {
-            discovery.broken = symmetry::broken(self.judge, self.subject, scene, &wrong.states);
+        if !wrong.states.is_empty() && self.subject.has_symmetries() {
+            let broken = symmetry::broken(self.judge, self.subject, scene, &wrong.states);
+            discovery.broken = if (self.is_stopped)() { Vec::new() } else { broken };
         }
         discovery
     }
@@ -423,8 +458,55 @@ impl Tested<'_> {
             let Judgement::Wrong(found) = judged else { return None };
             let is_same = found.failure.name() == wrong.failure.name()
                 && words.is_none_or(|words| cause::shows(&scene, &found, words));
-            is_same.then_some(*found)
+            (is_same && !(self.is_stopped)()).then_some(*found)
         };
         shrink(scene, wrong, &fails, self.effort)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+    use grader::submission::StateSource;
+    use grader::verdict::Verdict;
+
+    use super::*;
+    use crate::motion::{Held, simulate};
+
+    /// Our own simulator with fixed particles that move.
+    struct Loose;
+
+    impl Subject for Loose {
+        fn start(&self, scene: &Scene, _: &str) -> Result<Box<dyn StateSource>, Verdict> {
+            let mut scene = scene.clone();
+            scene.particles.iter_mut().for_each(|particle| particle.fixed = false);
+            Ok(Box::new(Held::of(simulate(&scene).unwrap_or_default())))
+        }
+    }
+
+    fn plan() -> Plan {
+        Plan {
+            scope: Scope::all(),
+            seed: 1,
+            time: Duration::MAX,
+            scenes: 1000,
+            failures: 10,
+            effort: Effort::default(),
+        }
+    }
+
+    #[test]
+    fn a_failure_is_shrunk_unless_the_run_is_interrupted() {
+        let found = run(&Loose, &Judge::default(), &plan(), &|| false, &|_| {});
+        let smallest = measure(&found.discoveries[0].shrunk.scene);
+        assert!(smallest[0] <= 2 && smallest[2] == 1, "{smallest:?}");
+
+        let is_stopped = AtomicBool::new(false);
+        let stop = |tally: &Tally| is_stopped.store(tally.wrong > 0, Relaxed);
+        let found = run(&Loose, &Judge::default(), &plan(), &|| is_stopped.load(Relaxed), &stop);
+        assert_eq!(found.discoveries.len(), 1);
+        assert_eq!(found.discoveries[0].shrunk.runs, 0);
+        assert_eq!(found.discoveries[0].count as u64, found.tally.wrong);
     }
 }

@@ -9,6 +9,7 @@
 //!
 //! A right program costs one run of ours; the two dozen variants run only where a program differs.
 
+use fastrand::Rng;
 use grader::compare::calibration::{Calibration, Class, Envelope, calibrate_by};
 use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare, compare_watched};
 use grader::grading::refusal;
@@ -32,6 +33,9 @@ pub struct Strictness {
     pub clear_alone: f64,
     /// Largest tolerance, relative to the size of the motion, of a scene that is used.
     pub sensitive: f64,
+    /// Largest change of a motion by changes of a billionth, relative to its size: where it is larger, a force jumps. What
+    /// rounding errors grow by, [`Self::sensitive`] bounds.
+    pub jump: f64,
     /// Largest number of a motion that is used.
     pub large: f64,
     /// Most iterations of Newton's method in a step. The first iterates of a longer one are wild, and its end depends on
@@ -48,6 +52,7 @@ impl Default for Strictness {
             clear: 10.0,
             clear_alone: 1e4,
             sensitive: 1e-7,
+            jump: 1e-3,
             large: 1e6,
             iterations: 8,
             amplification: 1e3,
@@ -62,6 +67,11 @@ pub trait Subject: Sync {
     /// # Errors
     /// Why there are no states.
     fn start(&self, scene: &Scene, text: &str) -> Result<Box<dyn StateSource>, Verdict>;
+
+    /// Whether it is one program, which transformed scenes test. The built-in simulator on transformed scenes is not.
+    fn has_symmetries(&self) -> bool {
+        true
+    }
 }
 
 impl Subject for Program {
@@ -204,7 +214,7 @@ impl Judge {
             return Judgement::Tells(Nothing::Slow);
         }
         let Calibration { envelope, is_sound } = calibrate_by(scene, self.classes);
-        if !is_sound || envelope.horizon.is_some() {
+        if !is_sound || envelope.horizon.is_some() || self.jumps(scene) {
             return Judgement::Tells(Nothing::Sensitive);
         }
         let wrong = Wrong { failure, comparison, states, expected: expected.to_vec(), envelope };
@@ -253,11 +263,50 @@ impl Judge {
             || statistics.conditioning.largest > self.strictness.amplification
     }
 
+    /// Whether the motion of a scene beside this one is another, as where bars are folded onto each other: exact coordinates
+    /// are on a jump of a force, and the last bits of a 0 show no other side of it.
+    fn jumps(&self, scene: &Scene) -> bool {
+        let Ok(expected) = simulate(scene) else { return true };
+        let size = |values: fn(&State) -> &[f64]| {
+            let all = expected.iter().flat_map(&values);
+            all.fold(0.0_f64, |size, value| size.max(value.abs()))
+        };
+        let sizes = [size(|state| &state.positions), size(|state| &state.velocities)];
+        (0..BESIDE).any(|seed| {
+            let mut random = Rng::with_seed(seed);
+            let mut other = scene.clone();
+            for particle in &mut other.particles {
+                for (values, size) in
+                    [&mut particle.position, &mut particle.velocity].into_iter().zip(sizes)
+                {
+                    for value in &mut values[..scene.dimension.count()] {
+                        *value += NEAR * size * (random.f64() - 0.5);
+                    }
+                }
+            }
+            let Ok(found) = simulate(&other) else { return true };
+            let is_far = |a: &[f64], b: &[f64], size: f64| {
+                a.iter().zip(b).any(|(a, b)| (a - b).abs() > self.strictness.jump * size)
+            };
+            found.len() != expected.len()
+                || found.iter().zip(&expected).any(|(a, b)| {
+                    is_far(&a.positions, &b.positions, sizes[0])
+                        || is_far(&a.velocities, &b.velocities, sizes[1])
+                })
+        })
+    }
+
     fn is_ordinary(&self, state: &State) -> bool {
         let mut values = state.positions.iter().chain(&state.velocities);
         values.all(|value| value.abs() < self.strictness.large)
     }
 }
+
+/// How far beside a scene others are, relative to its size.
+const NEAR: f64 = 1e-9;
+
+/// Scenes beside a scene: one in 16 times, all are on one side of a jump.
+const BESIDE: u64 = 4;
 
 /// Smallest distance of particles between which a force acts, relative to the size of the scene.
 const CLOSEST: f64 = 1e-6;

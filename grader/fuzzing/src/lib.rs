@@ -21,6 +21,8 @@
 
 pub mod choices;
 
+mod masses;
+
 pub mod draw;
 pub mod motion;
 pub mod sibling;

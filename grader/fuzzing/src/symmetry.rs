@@ -1,19 +1,22 @@
 //! Metamorphic checks: a simulator against itself on transformed scenes. They need no oracle.
 //!
 //! ```text
-//! run(T(scene)) = T(run(scene))       up to the envelope of T(scene)
+//! T⁻¹(run(T(scene))) = run(scene)       up to the envelope of the scene
 //! ```
 //!
 //! A symmetry counts where our own simulator has it: a wind has a direction, a vortex has no mirror image. Quarter turns, mirror
-//! images and factors of 2 are exact in floating point, so that nothing but the order of sums differs. What breaks says what a
-//! program treats differently, even where no cause is proven.
+//! images and factors of 2 are exact in floating point, and shifts are as large as the scene, so that nothing but last bits and
+//! the order of sums differs. What breaks says what a program treats differently, even where no cause is proven.
 
-use scene::schema::{Convergence, Masses, ParameterSchema};
-use scene::trace::State;
+use grader::submission::StateSource;
+use grader::verdict::Failure;
+use scene::schema::Convergence;
+use scene::trace::{Shape, State};
 use scene::{ForceElement, Scene};
 
 use crate::draw::plain;
 use crate::judge::{Judge, Judgement, Subject};
+use crate::masses::{self, vector_of};
 use crate::motion::{Held, simulate};
 
 /// A transformation of scenes.
@@ -60,6 +63,19 @@ impl Symmetry {
         }
     }
 
+    /// The transformed scenes, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Translation => "scenes moved as a whole",
+            Self::Rotation => "scenes turned by 90°",
+            Self::Mirror => "mirrored scenes",
+            Self::Renumbering => "scenes with particles in reverse order",
+            Self::Reordering => "scenes with forces in reverse order",
+            Self::SideBySide => "scenes beside a copy of themselves",
+            Self::Masses => "scenes with twice the masses and forces in proportion",
+        }
+    }
+
     /// What a program does that breaks it.
     pub fn broken(self) -> &'static str {
         match self {
@@ -88,17 +104,16 @@ impl Symmetry {
     }
 
     /// The transformed scene.
-    fn of(self, scene: &Scene) -> Scene {
+    pub(crate) fn of(self, scene: &Scene) -> Scene {
         let mut other = scene.clone();
         match self {
             Self::Translation | Self::Rotation | Self::Mirror => {
+                let map = Map::of(self, scene);
                 for particle in &mut other.particles {
-                    particle.position = self.place(particle.position);
-                    particle.velocity = self.vector(particle.velocity);
+                    particle.position = map.place(particle.position);
+                    particle.velocity = map.vector(particle.velocity);
                 }
-                for element in &mut other.forces {
-                    self.transform(element);
-                }
+                other.forces.iter_mut().for_each(|element| map.transform(element));
             }
             Self::Renumbering => {
                 let last = scene.particles.len() - 1;
@@ -109,68 +124,13 @@ impl Symmetry {
             }
             Self::Reordering => other.forces.reverse(),
             Self::SideBySide => other = copies(scene, 2),
-            Self::Masses => {
-                other.particles.iter_mut().for_each(|particle| particle.mass *= 2.0);
-                for element in &mut other.forces {
-                    let factor = match element.schema.masses {
-                        Masses::None => 2.0,
-                        Masses::Own => 1.0,
-                        Masses::Product => 0.5,
-                    };
-                    // Of the parameters that scale a part, its first does so alone.
-                    let mut scaled: Vec<&str> = element
-                        .schema
-                        .parts
-                        .iter()
-                        .flat_map(|part| part.scaled_by)
-                        .copied()
-                        .collect();
-                    scaled.sort_unstable();
-                    scaled.dedup();
-                    for name in scaled {
-                        *element.parameter_mut(name) *= factor;
-                    }
-                }
-            }
+            Self::Masses => masses::multiply(&mut other, 2.0),
         }
         other
     }
 
-    fn place(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        match self {
-            Self::Translation => [x + SHIFT[0], y + SHIFT[1], z],
-            _ => self.vector([x, y, z]),
-        }
-    }
-
-    fn vector(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        match self {
-            Self::Rotation => [-y, x, z],
-            Self::Mirror => [-x, y, z],
-            _ => [x, y, z],
-        }
-    }
-
-    /// The vectors and the undeformed places of an element.
-    fn transform(self, element: &mut ForceElement) {
-        let is_depth = |parameter: &ParameterSchema| {
-            parameter.three_dimensional && parameter.coordinate.is_none()
-        };
-        let last = element.schema.parameters.iter().position(is_depth);
-        let vector = last.and_then(|last| element.parameters.get_mut(last.checked_sub(2)?..=last));
-        if let Some([x, y, z]) = vector {
-            [*x, *y, *z] = self.vector([*x, *y, *z]);
-        }
-        let places = element.undeformed();
-        for (parameter, value) in element.schema.parameters.iter().zip(&mut element.parameters) {
-            if let Some(coordinate) = parameter.coordinate {
-                *value = self.place(places[coordinate.particle])[coordinate.axis];
-            }
-        }
-    }
-
     /// Whether the laws of the forces in a scene have it, by the facts of the registries.
-    fn holds(self, scene: &Scene) -> bool {
+    pub(crate) fn holds(self, scene: &Scene) -> bool {
         let has_no_place = scene.forces.iter().all(|force| {
             let schema = force.schema;
             !(schema.stencil.is_field() && schema.depends_on().position)
@@ -186,58 +146,137 @@ impl Symmetry {
             Self::Translation | Self::Rotation | Self::SideBySide => has_no_place && !is_controlled,
             Self::Mirror => has_no_place && has_mirror_image,
             Self::Renumbering | Self::Reordering => true,
-            // A part that several parameters scale is a product of them.
-            Self::Masses => scene.forces.iter().all(|force| {
-                force.schema.parts.iter().all(|part| part.scaled_by.len() == 1)
-                    && force.is_variational()
-            }),
+            Self::Masses => masses::scale(scene),
         }
     }
 
-    /// The states of the transformed scene, from those of the scene.
-    fn states(self, scene: &Scene, states: &[State]) -> Vec<State> {
+    /// The run of a transformed scene as one of the scene itself.
+    pub(crate) fn back(self, scene: &Scene, run: Box<dyn StateSource>) -> Box<dyn StateSource> {
+        let state = State::zeros(Shape::of(&self.of(scene)));
         let axes = scene.dimension.count();
-        let of = |state: &State| {
-            let map = |values: &[f64], by: &dyn Fn([f64; 3]) -> [f64; 3]| {
-                let mut rows: Vec<Vec<f64>> = values
-                    .chunks(axes)
-                    .map(|row| {
-                        let mut vector = [0.0; 3];
-                        vector[..axes].copy_from_slice(row);
-                        by(vector)[..axes].to_vec()
-                    })
-                    .collect();
-                if self == Self::Renumbering {
-                    rows.reverse();
-                }
-                rows.concat()
-            };
-            let mut positions = map(&state.positions, &|place| self.place(place));
-            let mut velocities = map(&state.velocities, &|vector| self.vector(vector));
-            if self == Self::SideBySide {
-                positions.extend(map(&state.positions, &|[x, y, z]| [x + APART, y, z]));
-                velocities.extend(state.velocities.clone());
-            }
-            State { time: state.time, positions, velocities }
-        };
-        states.iter().map(of).collect()
+        let skipped = if self == Self::SideBySide { axes * scene.particles.len() } else { 0 };
+        Box::new(Back { symmetry: self, map: Map::of(self, scene), axes, skipped, run, state })
     }
 }
 
-/// The shift of a scene: powers of two, which round little.
-const SHIFT: [f64; 2] = [4.0, -2.0];
+/// The motion of space of a symmetry: a quarter turn or a mirror image, then a shift.
+#[derive(Debug, Clone, Copy)]
+struct Map {
+    symmetry: Symmetry,
+    shift: [f64; 2],
+}
 
-/// The distance of a copy.
-const APART: f64 = 64.0;
+impl Map {
+    fn of(symmetry: Symmetry, scene: &Scene) -> Self {
+        let width = width(scene);
+        let shift = match symmetry {
+            Symmetry::Translation => [width, -0.5 * width],
+            Symmetry::SideBySide => [width, 0.0],
+            _ => [0.0; 2],
+        };
+        Self { symmetry, shift }
+    }
+
+    fn place(self, place: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = self.vector(place);
+        [x + self.shift[0], y + self.shift[1], z]
+    }
+
+    fn vector(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match self.symmetry {
+            Symmetry::Rotation => [-y, x, z],
+            Symmetry::Mirror => [-x, y, z],
+            _ => [x, y, z],
+        }
+    }
+
+    /// The vector that [`Self::vector`] maps to this one.
+    fn back(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match self.symmetry {
+            Symmetry::Rotation => [y, -x, z],
+            _ => self.vector([x, y, z]),
+        }
+    }
+
+    /// The vectors and the undeformed places of an element.
+    fn transform(self, element: &mut ForceElement) {
+        if let Some([x, y, z]) = vector_of(element) {
+            [*x, *y, *z] = self.vector([*x, *y, *z]);
+        }
+        let places = element.undeformed();
+        for (parameter, value) in element.schema.parameters.iter().zip(&mut element.parameters) {
+            if let Some(coordinate) = parameter.coordinate {
+                *value = self.place(places[coordinate.particle])[coordinate.axis];
+            }
+        }
+    }
+}
+
+/// A run of a transformed scene, transformed back. Of two copies, it is the second.
+struct Back {
+    symmetry: Symmetry,
+    map: Map,
+    axes: usize,
+    /// Numbers of the first copy.
+    skipped: usize,
+    run: Box<dyn StateSource>,
+    state: State,
+}
+
+impl Back {
+    fn rows(&self, values: &[f64], shift: [f64; 2]) -> Vec<f64> {
+        let mut rows: Vec<Vec<f64>> = values[self.skipped..]
+            .chunks(self.axes)
+            .map(|row| {
+                let mut vector = [0.0; 3];
+                vector[..self.axes].copy_from_slice(row);
+                vector.iter_mut().zip(shift).for_each(|(value, shift)| *value -= shift);
+                self.map.back(vector)[..self.axes].to_vec()
+            })
+            .collect();
+        if self.symmetry == Symmetry::Renumbering {
+            rows.reverse();
+        }
+        rows.concat()
+    }
+}
+
+impl StateSource for Back {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        let is_there = self.run.read(&mut self.state)?;
+        if is_there {
+            state.time = self.state.time;
+            state.positions = self.rows(&self.state.positions, self.map.shift);
+            state.velocities = self.rows(&self.state.velocities, [0.0; 2]);
+        }
+        Ok(is_there)
+    }
+
+    fn has_velocities(&self) -> bool {
+        self.run.has_velocities()
+    }
+}
+
+/// A power of two beyond the width of a scene: shifted by it, coordinates lose two bits at most.
+fn width(scene: &Scene) -> f64 {
+    let places = scene.particles.iter().map(|particle| particle.position);
+    let undeformed = scene.forces.iter().flat_map(ForceElement::undeformed);
+    let sizes = places.chain(undeformed).flatten().map(f64::abs);
+    sizes.fold(SMALLEST, f64::max).log2().ceil().exp2() * 2.0
+}
+
+/// The size of a scene at a point.
+const SMALLEST: f64 = 1.0 / 64.0;
 
 /// The scene so many times, side by side.
 pub(crate) fn copies(scene: &Scene, count: usize) -> Scene {
+    let apart = width(scene);
     let mut all = scene.clone();
     all.forces.retain(|force| force.schema.stencil.is_field());
     (all.particles, all.edges) = (Vec::new(), Vec::new());
     for copy in 0..count {
         let (particles, edges) = (all.particles.len(), all.edges.len());
-        let by = APART * copy as f64;
+        let by = apart * copy as f64;
         all.particles.extend(scene.particles.iter().cloned().map(|mut particle| {
             particle.position[0] += by;
             particle
@@ -262,22 +301,7 @@ pub(crate) fn copies(scene: &Scene, count: usize) -> Scene {
     all
 }
 
-/// A symmetry that the laws of a scene have and our own simulator, with these states, does not.
-pub(crate) fn broken_by_ours(judge: &Judge, scene: &Scene, states: &[State]) -> Option<Symmetry> {
-    let is_broken = |symmetry: &Symmetry| {
-        if !symmetry.holds(scene) {
-            return false;
-        }
-        let other = symmetry.of(scene);
-        let expected = symmetry.states(scene, states);
-        let Ok(ours) = simulate(&other) else { return false };
-        let found = judge.judge_states(&other, &expected, || Ok(Box::new(Held::of(ours))));
-        matches!(found, Judgement::Wrong(_))
-    };
-    Symmetry::ALL.into_iter().find(is_broken)
-}
-
-/// The symmetries that a subject breaks in a scene in which it has these states.
+/// The symmetries that a subject breaks in a scene in which it has these states, and our own simulator does not.
 pub fn broken(
     judge: &Judge,
     subject: &dyn Subject,
@@ -288,15 +312,123 @@ pub fn broken(
     let is_broken = |symmetry: &Symmetry| {
         let other = symmetry.of(scene);
         let Some(text) = plain(&other) else { return false };
-        let expected = symmetry.states(scene, &ours);
-        let own = simulate(&other)
-            .map(|states| judge.judge_states(&other, &expected, || Ok(Box::new(Held::of(states)))));
-        if !matches!(own, Ok(Judgement::Right(_))) {
+        let Ok(own) = simulate(&other) else { return false };
+        let own = || Ok(symmetry.back(scene, Box::new(Held::of(own))));
+        if !matches!(judge.judge_states(scene, &ours, own), Judgement::Right(_)) {
             return false;
         }
-        let expected = symmetry.states(scene, states);
-        let found = judge.judge_states(&other, &expected, || subject.start(&other, &text));
-        matches!(found, Judgement::Wrong(_))
+        let theirs = || Ok(symmetry.back(scene, subject.start(&other, &text)?));
+        matches!(judge.judge_states(scene, states, theirs), Judgement::Wrong(_))
     };
     Symmetry::ALL.into_iter().filter(is_broken).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use grader::verdict::Verdict;
+
+    use super::*;
+    use crate::draw::read;
+    use crate::judge::Nothing;
+    use crate::ours::Path;
+
+    const OBLIQUE: &str = r#"<scene>
+        <duration time="0.2"/>
+        <integrator type="explicit-euler" dt="0.1"/>
+        <particle m="0.7" px="0.3" py="-0.4" vx="-0.9" vy="0.2" fixed="0"/>
+        <particle m="1.3" px="1.1" py="0.5" vx="0.4" vy="-0.6" fixed="0"/>
+        <edge i="0" j="1"/>
+        <springforce edge="0" k="3.0" l0="0.8" b="0.1"/>
+        <springforce edge="0" k="2.0" l0="1.7" b="0.3"/>
+    </scene>"#;
+
+    /// Our own simulator of a scene that was changed.
+    struct Mistaken(fn(&mut Scene));
+
+    impl Subject for Mistaken {
+        fn start(&self, scene: &Scene, _: &str) -> Result<Box<dyn StateSource>, Verdict> {
+            let mut scene = scene.clone();
+            self.0(&mut scene);
+            Ok(Box::new(Held::of(simulate(&scene).unwrap())))
+        }
+    }
+
+    #[test]
+    fn a_mistake_breaks_its_symmetries() {
+        use Symmetry::{
+            Masses, Mirror, Renumbering, Reordering, Rotation, SideBySide, Translation,
+        };
+        let scene = read(OBLIQUE).unwrap();
+        type Change = fn(&mut Scene);
+        let cases: [(Change, &[Symmetry]); 7] = [
+            (|_| {}, &[]),
+            (
+                |scene| scene.particles[0].velocity[0] += 0.1,
+                &[Rotation, Mirror, Renumbering, SideBySide],
+            ),
+            (
+                |scene| scene.particles.iter_mut().for_each(|each| each.velocity[0] *= 0.5),
+                &[Rotation],
+            ),
+            (
+                |scene| {
+                    scene
+                        .particles
+                        .iter_mut()
+                        .for_each(|each| each.velocity[1] -= 0.1 * each.position[1])
+                },
+                &[Translation, Rotation],
+            ),
+            (
+                |scene| {
+                    scene
+                        .particles
+                        .iter_mut()
+                        .for_each(|each| each.velocity[0] -= 0.1 * each.position[0])
+                },
+                &[Translation, Rotation, SideBySide],
+            ),
+            (|scene| scene.particles.iter_mut().for_each(|each| each.mass += 0.1), &[Masses]),
+            (|scene| scene.forces[0].parameters[0] *= 1.1, &[Reordering, SideBySide]),
+        ];
+        for (number, (mistake, expected)) in cases.into_iter().enumerate() {
+            let subject = Mistaken(mistake);
+            let mut source = subject.start(&scene, "").unwrap();
+            let (mut state, mut states) = (State::zeros(Shape::of(&scene)), Vec::new());
+            while source.read(&mut state).unwrap() {
+                states.push(state.clone());
+            }
+            let found = broken(&Judge::default(), &subject, &scene, &states);
+            assert_eq!(found, expected, "{number}");
+        }
+    }
+
+    /// A turned bar is folded to the other side, and the penalty of a pin is a stiffness.
+    #[test]
+    fn a_fold_and_a_penalty_break_no_symmetry_of_ours() {
+        let fold = r#"<scene>
+            <duration time="1.0"/>
+            <integrator type="explicit-euler" dt="1.0"/>
+            <particle m="1.0" px="0.0" py="0.0" vx="0.0" vy="0.0" fixed="0"/>
+            <particle m="1.0" px="1.0" py="0.0" vx="0.0" vy="0.0" fixed="0"/>
+            <particle m="1.0" px="2.0" py="0.0" vx="0.0" vy="0.0" fixed="0"/>
+            <elasticbodybendingforce i1="2" i2="0" i3="1" alpha="1.0" theta0="0.0"/>
+        </scene>"#;
+        let penalty = r#"<scene>
+            <duration time="0.008"/>
+            <integrator type="fast-mass-spring" dt="0.008" pins="penalty"/>
+            <particle m="1.0" px="0.0" py="0.0" vx="0.0" vy="0.0" fixed="0"/>
+            <particle m="1.0" px="0.0" py="2.0" vx="0.0" vy="0.0" fixed="1"/>
+            <particle m="1.0" px="0.0" py="1.0" vx="0.0" vy="0.0" fixed="0"/>
+            <elasticbodycstforce i1="1" i2="0" i3="2" youngsmodulus="1.0" poissonratio="0.0" xb1y="0.0" xb2x="-0.5"/>
+        </scene>"#;
+        let judged = |text: &str, symmetry: Symmetry| {
+            let path = Path::Symmetry(symmetry);
+            path.judge().judge(&path, &read(text).unwrap(), text)
+        };
+        let turned = judged(fold, Symmetry::Rotation);
+        assert!(matches!(turned, Judgement::Tells(Nothing::Sensitive)), "{turned:?}");
+        let doubled = judged(penalty, Symmetry::Masses);
+        assert!(matches!(doubled, Judgement::Right(_)), "{doubled:?}");
+    }
 }

@@ -70,13 +70,12 @@ pub fn summary(tally: &Tally, seed: u64) -> String {
 }
 
 fn write_discovery(out: &mut dyn Write, number: usize, discovery: &Discovery) -> io::Result<()> {
-    let Discovery { proven, possible, count, original, shrunk, text, is_spelling, broken, .. } =
-        discovery;
+    let Discovery { proven, count, original, shrunk, .. } = discovery;
     let proof = proven.as_ref().map(|finding| format!(" ({})", finding.evidence()));
     let proof = proof.unwrap_or_default();
     writeln!(out, "{number}. {}{proof}", sentence(discovery))?;
     let size = sizes(size_of(&shrunk.scene));
-    if *is_spelling {
+    if shrunk.runs == 0 {
         writeln!(out, "   one of {count} such scenes: {size}")?;
     } else {
         writeln!(
@@ -86,6 +85,31 @@ fn write_discovery(out: &mut dyn Write, number: usize, discovery: &Discovery) ->
             shrunk.runs
         )?;
     }
+    write_scene(out, discovery)
+}
+
+/// Writes the smallest scene for which a scene of the suite was shrunk, in lines of at most `width` characters.
+///
+/// # Errors
+/// If writing fails.
+pub fn write_smallest(out: &mut dyn Write, discovery: &Discovery, width: usize) -> io::Result<()> {
+    let mut text = Vec::new();
+    let size = sizes(size_of(&discovery.shrunk.scene));
+    let how = if discovery.proven.is_some() { "by this cause" } else { "in the same way" };
+    writeln!(
+        text,
+        "Smallest scene that fails {how}: {size}; shrunk from {}",
+        sizes(discovery.original)
+    )?;
+    writeln!(text, "   {}", sentence(discovery))?;
+    write_scene(&mut text, discovery)?;
+    writeln!(text)?;
+    out.write_all(wrap(&String::from_utf8_lossy(&text), width).as_bytes())
+}
+
+/// Writes the first wrong number of the smallest scene, its symmetries, and its file.
+fn write_scene(out: &mut dyn Write, discovery: &Discovery) -> io::Result<()> {
+    let Discovery { possible, shrunk, text, broken, .. } = discovery;
     match &shrunk.wrong.comparison.first_wrong {
         Some(first) => write_first(out, first)?,
         None => writeln!(out, "   {}", shrunk.wrong.failure)?,

@@ -41,9 +41,9 @@ pub(crate) struct FuzzArgs {
     #[arg(value_name = "SUBMISSION")]
     submission: Option<PathBuf>,
 
-    /// Minutes of drawing scenes, for each code path of the built-in simulator; it ends earlier after --failures. Shrinking
-    /// comes on top
-    #[arg(long, value_name = "M", default_value_t = 2.0, value_parser = parse_minutes)]
+    /// Minutes of drawing scenes, shared by the code paths of the built-in simulator; it ends earlier after --failures.
+    /// Shrinking comes on top
+    #[arg(long, value_name = "M", default_value_t = 2.0, value_parser = parse_minutes, allow_hyphen_values = true)]
     minutes: f64,
 
     /// The most scenes
@@ -100,7 +100,7 @@ const SECONDS: f64 = 5.0;
 fn parse_minutes(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(minutes) if (0.0..=1e5).contains(&minutes) => Ok(minutes),
-        _ => Err("a number of minutes from 0 to 100000 is expected".to_owned()),
+        _ => Err("not a number from 0 to 100000; write minutes, such as --minutes 0.5".to_owned()),
     }
 }
 
@@ -115,33 +115,36 @@ impl FuzzArgs {
             Some(seed) => seed,
             None => Secret::random().map_err(Stop::fault)?.0 % 1_000_000,
         };
+        let paths = ours::Path::all();
+        let shares = if self.submission.is_some() { 1 } else { paths.len() };
         let plan = Plan {
             scope: self.scope()?,
             seed,
-            time: Duration::from_secs_f64(60.0 * self.minutes),
+            time: Duration::from_secs_f64(60.0 * self.minutes) / shares as u32,
             scenes: self.scenes,
             failures: self.failures as usize,
             effort: Effort::default(),
         };
         let mut runs: Vec<(String, Campaign)> = Vec::new();
-        match &self.submission {
-            Some(path) => {
-                let program = self.program(path)?;
-                let name = program.name().line();
-                // While the kernel makes or removes the namespaces of a run, others use its core.
-                let threads = (rayon::current_num_threads() * 3).div_ceil(2);
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                let judge = Judge::default();
-                let fuzz = || self.fuzz(&name, &program, judge, &plan, &interrupt);
-                let campaign = pool.map_err(Stop::fault)?.install(fuzz);
-                runs.push((name, campaign));
-            }
-            None => {
-                for path in ours::Path::ALL {
-                    let name = path.name().to_owned();
-                    let campaign = self.fuzz(&name, &path, path.judge(), &plan, &interrupt);
-                    runs.push((name, campaign));
+        if let Some(path) = &self.submission {
+            let program = self.program(path)?;
+            let name = program.name().line();
+            // While the kernel makes or removes the namespaces of a run, others use its core.
+            let threads = (rayon::current_num_threads() * 3).div_ceil(2);
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let fuzz = || self.fuzz(&name, &program, Judge::default(), &plan, &interrupt);
+            let campaign = pool.map_err(Stop::fault)?.install(fuzz);
+            runs.push((name, campaign));
+            self.show(&runs)?;
+        } else {
+            for path in paths {
+                if interrupt.is_requested() {
+                    break;
                 }
+                let name = path.name();
+                let campaign = self.fuzz(&name, &path, path.judge(), &plan, &interrupt);
+                runs.push((name, campaign));
+                self.show(&runs[runs.len() - 1..])?;
             }
         }
         self.write(&runs)?;
@@ -204,15 +207,25 @@ impl FuzzArgs {
         Ok(program.with_limits(&short.map(|name| (name, SECONDS)).collect::<Vec<_>>()))
     }
 
-    /// Writes the report, and the smallest scenes.
+    /// Whether each run is shown when it ends.
+    fn is_shown(&self) -> bool {
+        self.report.format == FuzzFormat::Text && self.report.output.is_none()
+    }
+
+    /// Shows runs that ended.
+    fn show(&self, runs: &[(String, Campaign)]) -> Result<(), Stop> {
+        if self.is_shown() { put(&text(runs)?, None) } else { Ok(()) }
+    }
+
+    /// Writes the report, if it was not shown, and the smallest scenes.
     fn write(&self, runs: &[(String, Campaign)]) -> Result<(), Stop> {
-        let bytes = match self.report.format {
-            FuzzFormat::Text => written(|out| {
-                runs.iter().try_for_each(|(name, run)| text::write(out, name, run, width()))
-            })?,
-            FuzzFormat::Json => json::render(runs).map_err(Stop::fault)?.into_bytes(),
-        };
-        put(&bytes, self.report.output.as_deref())?;
+        if !self.is_shown() {
+            let bytes = match self.report.format {
+                FuzzFormat::Text => text(runs)?,
+                FuzzFormat::Json => json::render(runs).map_err(Stop::fault)?.into_bytes(),
+            };
+            put(&bytes, self.report.output.as_deref())?;
+        }
         let Some(folder) = &self.keep else { return Ok(()) };
         std::fs::create_dir_all(folder).map_err(Stop::about(folder))?;
         let discoveries = runs.iter().flat_map(|(_, run)| &run.discoveries);
@@ -222,6 +235,11 @@ impl FuzzArgs {
         }
         Ok(())
     }
+}
+
+/// The text of runs.
+fn text(runs: &[(String, Campaign)]) -> Result<Vec<u8>, Stop> {
+    written(|out| runs.iter().try_for_each(|(name, run)| text::write(out, name, run, width())))
 }
 
 /// Whether an assignment has scenes in XML.

@@ -19,6 +19,8 @@ mod docs;
 mod doors;
 mod folder;
 #[cfg(target_os = "linux")]
+mod fuzz;
+#[cfg(target_os = "linux")]
 mod gradebooks;
 mod hidden;
 #[cfg(target_os = "linux")]

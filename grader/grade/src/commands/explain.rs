@@ -1,15 +1,22 @@
 //! `grade explain`: one scene of a submission in full.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
-use grader::grading::Checks;
+use fuzzing::campaign::{self, Discovery};
+use fuzzing::cause::is_proven;
+use fuzzing::draw::Scope;
+use fuzzing::report::text;
+use fuzzing::shrink::{Effort, measure};
+use grader::grading::{Checks, Grading, SceneResult};
+use grader::submission::Submission;
 use grader::suite::selection::{self, Candidate};
 use grader::suite::{Case, Suite};
 use grader::verdict::Verdict;
 
 use crate::args::{JudgeArgs, RunArgs, SuiteArgs};
-use crate::inputs::{Judging, open_oracle};
+use crate::inputs::{Inputs, Judging, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::output::{print, written};
 use crate::progress::Progress;
@@ -60,13 +67,18 @@ impl ExplainArgs {
         let scenes = Scenes::new(&progress, None);
         let grader = inputs.grader(&oracle, Checks::default(), &scenes);
         let grading = grader.grade(&submission, protection);
-        drop(progress);
         if let Some(interrupted) = grading.interrupted {
             return Err(Stop(Exit::Interrupted, interrupted.to_string()));
         }
         let mut all = grading.features.iter().flat_map(|feature| &feature.scenes);
         let scene =
             all.find(|scene| scene.id == id).ok_or_else(|| Stop::fault("a scene is missing"))?;
+        progress.show("shrinking the scene");
+        let smallest = smallest(&submission, &inputs, &grading, scene, &interrupt);
+        drop(progress);
+        if let Some(smallest) = smallest {
+            print(&written(|out| text::write_smallest(out, &smallest, width()))?)?;
+        }
         print(&written(|out| report::explanation::write(out, &grading, scene, width()))?)?;
         Ok(match scene.comparison.verdict {
             Verdict::Pass => Exit::Passed,
@@ -74,6 +86,32 @@ impl ExplainArgs {
             Verdict::GraderFault(_) => Exit::GraderFault,
         })
     }
+}
+
+/// How much shrinking may cost: a reader waits for it.
+const EFFORT: Effort = Effort { runs: 600, time: Duration::from_secs(10) };
+
+/// The smallest scene in which a program fails as in this one, if that is smaller.
+fn smallest(
+    submission: &Submission,
+    inputs: &Inputs,
+    grading: &Grading,
+    result: &SceneResult,
+    interrupt: &Interrupt,
+) -> Option<Discovery> {
+    let Submission::Program(program) = submission else { return None };
+    let case = inputs.suite.cases.iter().find(|case| case.id == result.id)?;
+    if result.comparison.verdict.is_pass() || case.format() != "xml" {
+        return None;
+    }
+    let mut proven = grading.findings.list.iter().filter(|finding| is_proven(finding));
+    let proven = proven.find(|finding| finding.scenes.contains(&case.id)).cloned();
+    let scope = inputs.assignment.as_ref().map(|assignment| Scope::of(assignment.scope()));
+    let scope = scope.unwrap_or_else(Scope::all);
+    let found = campaign::smallest(program, (&scope, EFFORT), &case.scene, proven, &|| {
+        interrupt.is_requested()
+    })?;
+    (measure(&found.shrunk.scene) < measure(&case.scene)).then_some(found)
 }
 
 /// The scene of this name, or in this file, or the only one that the pattern chooses.

@@ -6,6 +6,9 @@ use scene::{Dimension, Particle, Scene};
 /// Ratio of masses from which they are far apart.
 const FAR: f64 = 50.0;
 
+/// A mass from which on a particle is heavy; its inverse is that of a light one.
+const HEAVY: f64 = 1000.0;
+
 /// A feature under a circumstance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Pair {
@@ -19,7 +22,7 @@ pub struct Pair {
 type Holds = fn(&Scene) -> bool;
 
 /// The circumstances by name.
-const ALL: [(&str, Holds); 18] = [
+const ALL: [(&str, Holds); 22] = [
     ("one particle", |scene| scene.particles.len() == 1),
     ("many particles", |scene| scene.particles.len() > 8),
     ("fixed", |scene| any(scene, |particle| particle.fixed)),
@@ -30,6 +33,20 @@ const ALL: [(&str, Holds); 18] = [
     ("masses far apart", |scene| {
         let masses = || scene.particles.iter().map(|particle| particle.mass);
         masses().fold(0.0, f64::max) > FAR * masses().fold(f64::INFINITY, f64::min)
+    }),
+    ("light", |scene| any(scene, |particle| particle.mass < 1.0 / HEAVY)),
+    ("heavy", |scene| any(scene, |particle| particle.mass > HEAVY)),
+    ("without motion in an axis", |scene| {
+        let is_flat = |axis: &usize| {
+            let mut neighbours = scene.particles.windows(2);
+            neighbours.all(|pair| pair[0].position[*axis] == pair[1].position[*axis])
+                && scene.particles.iter().all(|particle| particle.velocity[*axis] == 0.0)
+        };
+        (0..scene.dimension.count()).any(|axis| is_flat(&axis))
+    }),
+    ("an edge without a force", |scene| {
+        let is_used = |edge: usize| scene.forces.iter().any(|force| force.edge == Some(edge));
+        !(0..scene.edges.len()).all(is_used)
     }),
     ("along an axis", |scene| {
         pairs_of(scene).any(|[a, b]| {

@@ -23,6 +23,7 @@ use scene::{
 use simulator::vocabulary;
 
 use crate::choices::Choices;
+use crate::masses;
 
 pub use circumstance::{Pair, circumstances, pairs};
 
@@ -128,12 +129,31 @@ fn scene(scope: &Scope, choices: &mut Choices) -> Option<(Scene, &'static str)> 
     };
     let mut scene = Scene::new("scene.xml", dimension, integrator);
     particles(&mut scene, count.max(needed), choices);
+    // A motion along one axis, or in a plane of space: what looks at one coordinate alone sees a 0.
+    let flat = choices.chance(2).then(|| choices.below(dimension.count()));
+    if let Some(axis) = flat {
+        let place = scene.particles[0].position[axis];
+        for particle in &mut scene.particles {
+            (particle.position[axis], particle.velocity[axis]) = (place, 0.0);
+        }
+    }
     for kind in kinds {
         elements(&mut scene, kind, choices);
+    }
+    if let Some(axis) = flat {
+        for element in &mut scene.forces {
+            if let Some(vector) = masses::vector_of(element) {
+                vector[axis] = 0.0;
+            }
+        }
     }
     scene.forces.retain(|element| (integrator.refuses)(element).is_none());
     options(&mut scene.integrator_options, integrator, choices);
     time(&mut scene, choices);
+    // The same motion in another unit of mass: what compares a mass or a pivot with a fixed number sees another one.
+    if choices.chance(1) && masses::scale(&scene) {
+        masses::multiply(&mut scene, choices.one_of(&[1e-8, 1e-5, 1e-3, 1e3, 1e5, 1e8]));
+    }
     Some((scene, spelling))
 }
 
@@ -211,6 +231,13 @@ fn elements(scene: &mut Scene, kind: &'static ForceSchema, choices: &mut Choices
                 let chosen = (0..size).map(|_| all.remove(choices.below(all.len())));
                 let chosen: Particles = chosen.collect();
                 let edge = (kind.stencil == Stencil::Edge).then(|| {
+                    // An edge without a force, so that an element's number is not its edge's.
+                    if choices.chance(1) {
+                        scene.edges.push(Edge {
+                            particles: [chosen[1], chosen[0]],
+                            radius: scene::EDGE_RADIUS,
+                        });
+                    }
                     scene.edges.push(Edge {
                         particles: [chosen[0], chosen[1]],
                         radius: scene::EDGE_RADIUS,

@@ -175,6 +175,21 @@ fn the_same_rule_of_several_methods_is_said_once() {
 }
 
 #[test]
+fn other_mistakes_in_newtons_method_are_not_laid_to_a_wrong_matrix() {
+    let words = "linearized-implicit-euler: dF/dx and dF/dv have the wrong sign in the matrix";
+    let change = [candidate(words)];
+    let is_newton = |scene: &Scene| scene.integrator.name == "implicit-euler";
+    let found = findings_of(|scene| match is_newton(scene) {
+        true => disturbed(states(scene, &[])),
+        false => states(scene, &change),
+    });
+    let finding = found.iter().find(|finding| finding.words == [words]).expect("the matrix");
+    assert_eq!(finding.open, 0, "{found:#?}");
+    let is_said = |finding: &Finding| finding.scenes.iter().any(|name| name.contains("-implicit"));
+    assert!(found.iter().any(is_said), "{found:#?}");
+}
+
+#[test]
 fn a_finding_on_fixed_particles_says_which_one_moves_and_how_far() {
     let suite = suite();
     for words in [

@@ -161,20 +161,6 @@ impl Change {
 }
 
 impl Change {
-    /// Whether it changes the matrix of a linear system, or what is made of it: methods that solve one may share it.
-    pub(crate) fn is_of_matrix(&self) -> bool {
-        let Effect::Method(_, rule) = &self.effect else { return false };
-        matches!(
-            rule,
-            Rule::Matrix(..)
-                | Rule::Matrices(_)
-                | Rule::JacobiansAt(..)
-                | Rule::ColumnMasses
-                | Rule::Entries(_)
-                | Rule::Solver(_)
-        )
-    }
-
     /// Whether a scene in which it acts cannot be right: rounds may read a scene by other code than other methods, and a
     /// method has its mistakes in the place of another only where it is there.
     pub fn must_act_in(&self, scene: &Scene) -> bool {

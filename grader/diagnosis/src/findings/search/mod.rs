@@ -290,12 +290,7 @@ impl<'a> Search<'a> {
             let acts = |number: &usize| change.must_act_in(&scenes[*number].scene);
             let left = (0..scenes.len()).filter(|&number| scenes[number].is_left());
             cause.unexplained = left.filter(acts).collect();
-            let is_astray =
-                |scene: &&Marked<'_>| scene.is_newton() && scene.is_suspect() && !scene.explained;
-            cause.open = match change.is_of_matrix() {
-                true => scenes.iter().filter(is_astray).count(),
-                false => slow.iter().filter(|number| acts(number)).count(),
-            };
+            cause.open = slow.iter().filter(|number| acts(number)).count();
         }
     }
 
@@ -392,9 +387,7 @@ impl<'a> Search<'a> {
                 let acting: Vec<&Change> = made.iter().filter(acts).collect();
                 // With a wrong Jacobian, Newton's method ends where it may.
                 let is_jacobian = |change: &&Change| matches!(change.place, Place::Jacobian(_));
-                let is_of_matrix = made.iter().any(Change::is_of_matrix);
-                let is_astray =
-                    scene.is_newton() && (is_of_matrix || acting.iter().any(is_jacobian));
+                let is_astray = scene.is_newton() && acting.iter().any(is_jacobian);
                 let model = Model::new(&scene.scene, &made);
                 let agrees = || scene.agrees_with(&model, usize::MAX) != Agreement::Differs;
                 scene.open = is_astray

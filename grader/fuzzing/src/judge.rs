@@ -16,6 +16,7 @@ use grader::grading::refusal;
 use grader::submission::StateSource;
 use grader::submission::program::{Program, SceneSource};
 use grader::verdict::{Failure, Fault, Quantity, Verdict};
+use reference::laws::Laws;
 use reference::second::{Second, Style};
 use scene::Scene;
 use scene::schema::Convergence;
@@ -253,6 +254,9 @@ impl Judge {
             return Judgement::Tells(Nothing::OtherRoot);
         }
         let is_alone = Second::new(scene, Style::default(), 0).is_none();
+        if is_alone && is_rounded(scene, &wrong, first.place.step) {
+            return Judgement::Tells(Nothing::Sensitive);
+        }
         let Strictness { clear, clear_alone, .. } = self.strictness;
         if used < if is_alone { clear_alone } else { clear } {
             return Judgement::Tells(Nothing::Close);
@@ -326,6 +330,30 @@ fn further(scene: &Scene) -> Option<Vec<State>> {
     // Others have no bound on their number.
     let _ = further.integrator_options.set("max_iterations", "1000");
     simulate(&further).ok()
+}
+
+/// Bound of a force's rounding error, relative to the magnitude of its terms.
+const ROUNDING: f64 = 256.0 * f64::EPSILON;
+
+/// Whether the states of a step differ by no more than the rounding errors of the forces at its start.
+fn is_rounded(scene: &Scene, wrong: &Wrong, step: u64) -> bool {
+    let h = scene.time_step;
+    let Some(before) = step.checked_sub(1) else { return false };
+    let (at, at_start) = (step as usize, before as usize);
+    let (Some(ours), Some(theirs)) = (wrong.expected.get(at), wrong.states.get(at)) else {
+        return false;
+    };
+    let start = &wrong.expected[at_start];
+    let magnitudes =
+        Laws::new(scene).magnitudes(&start.positions, &start.velocities, before as f64 * h);
+    let kicks = scene.particles.iter().zip(&magnitudes);
+    let kick =
+        kicks.fold(0.0_f64, |most, (particle, terms)| most.max(h * terms.force / particle.mass));
+    let is_within = |a: &[f64], b: &[f64], bound: f64| {
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= ROUNDING * bound)
+    };
+    is_within(&ours.positions, &theirs.positions, h * kick)
+        && is_within(&ours.velocities, &theirs.velocities, kick)
 }
 
 /// Smallest distance of particles between which a force acts, relative to the size of the scene.

@@ -360,7 +360,10 @@ pub fn knows(scene: &Scene) -> bool {
         _ if is_minimised(scene) => {
             let has_energy =
                 |of: &ForceElement| projected_newton::ENERGIES.contains(&of.schema.tag);
-            is_plane && scene.forces.iter().all(has_energy)
+            let is_usual = |(option, value)| scene.integrator_options.choice(option) == value;
+            let options =
+                [("projection", "clamp"), ("direction", "newton"), ("line_search", "backtracking")];
+            is_plane && options.into_iter().all(is_usual) && scene.forces.iter().all(has_energy)
         }
         _ => is_plane,
     }

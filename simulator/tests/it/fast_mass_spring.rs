@@ -168,6 +168,22 @@ fn pins_by_penalty_give_way_in_proportion_to_one_over_their_weight() {
 }
 
 #[test]
+fn a_spring_between_pins_moves_them_where_a_penalty_holds_them() {
+    let elements = r#"
+        <particle m="2" px="0" py="0" vx="0" vy="0" fixed="1"/>
+        <particle m="2" px="1.5" py="0" vx="0" vy="0" fixed="1"/>
+        <edge i="0" j="1"/>
+        <springforce edge="0" k="50" l0="1"/>"#;
+    let options = [("pins", "penalty"), ("pin_weight", "10000")];
+    let moved = end(&scene(elements, 0.1, 1, &options));
+    // (w + m/h² + 2 k) u = k (l − l0)
+    let u = 25.0 / (10000.0 + 200.0 + 100.0);
+    assert!((moved[0] - u).abs() < 1e-15 && (moved[2] - (1.5 - u)).abs() < 1e-15, "{moved:?}");
+    let held = end(&scene(elements, 0.1, 1, &[]));
+    assert_eq!([held[0], held[2]], [0.0, 1.5]);
+}
+
+#[test]
 fn pins_keep_their_scene_velocity() {
     let elements = chain(2).replacen(r#"vx="0""#, r#"vx="0.75""#, 1);
     for pins in ["elimination", "penalty"] {

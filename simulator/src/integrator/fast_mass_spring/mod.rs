@@ -16,8 +16,8 @@
 //! springs and one substitution for all coordinates together.
 //!
 //! A spring whose ends coincide in the iterate has no direction, and is an error that names it; one of rest
-//! length zero needs none, for its `d` is 0. Springs between two fixed particles, and elastic springs of
-//! stiffness 0, count for nothing.
+//! length zero needs none, for its `d` is 0. Springs of stiffness 0 count for nothing, nor do those between two
+//! fixed particles that are left out.
 //!
 //! Fixed particles are left out of `Q` (`pins="elimination"`), or are unknowns that `w/2 |x_i − x_i^0 − t v_i|²`
 //! holds near where they should be (`pins="penalty"`), `w` being `pin_weight`. As in the assignment, a
@@ -167,7 +167,7 @@ where
             (LinearSolver::Sparse, _) | (LinearSolver::Auto, "sparse") => Some(Storage::Sparse),
             (LinearSolver::Auto, _) => None,
         },
-        springs: elastic_springs(scene),
+        springs: elastic_springs(scene, penalty),
         initial: scene.particles.iter().map(|particle| first(particle.position)).collect(),
         external: External::new(scene, penalty),
         force: vec![0.0; system.n_particles() * D],
@@ -179,14 +179,14 @@ where
     })
 }
 
-/// The springs that pull: not those between two fixed particles, nor those of no stiffness.
-fn elastic_springs(scene: &Scene) -> Vec<ElasticSpring> {
+/// The springs that pull: not those of no stiffness, nor, without a penalty, those between two fixed particles.
+fn elastic_springs(scene: &Scene, penalty: bool) -> Vec<ElasticSpring> {
     let numbered = scene.forces.iter().enumerate();
     let springs = numbered.filter(|(_, force)| force.schema.tag == SPRING);
     let elastic = springs.filter_map(|(element, force)| {
         let ends = force.pair()?;
         let [stiffness, rest_length] = ["k", "l0"].map(|name| force.parameter(name));
-        let moves = ends.iter().any(|end| !scene.particles[*end].fixed);
+        let moves = penalty || ends.iter().any(|end| !scene.particles[*end].fixed);
         (moves && stiffness > 0.0).then_some(ElasticSpring {
             ends,
             stiffness,

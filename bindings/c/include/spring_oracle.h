@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-#define SO_VERSION "0.1.0"
+#define SO_VERSION "0.2.0"
 
 enum { SO_OK = 0, SO_UNDEFINED = 1, SO_FAILED = 2, SO_INVALID = 3, SO_FAULT = 4, SO_JUMPED = 5 };
 

@@ -91,7 +91,7 @@ def test_the_order_of_methods():
 
 
 def test_one_version():
-    assert so.__version__ == "0.1.0"
+    assert so.__version__ == "0.2.0"
 
 
 def test_functions_of_jax_are_taken_as_they_are():

@@ -30,7 +30,7 @@ use crate::stop::{Exit, Stop};
 /// Without arguments, grade the built-in simulator on every scene of assets/ and extracreditassets/ against the
 /// traces in expected/, and check the Jacobians of every force.
 #[derive(Parser)]
-#[command(name = "grade", version, args_conflicts_with_subcommands = true)]
+#[command(name = "grade", version = env!("VERSION"), args_conflicts_with_subcommands = true)]
 #[command(after_help = "\
 Examples:
   grade my-simulator

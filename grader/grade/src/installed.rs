@@ -16,6 +16,7 @@ use grader::suite::hash_bytes;
 use miniz_oxide::inflate::decompress_to_vec_zlib;
 use sandbox::files::{own_folder, temporary, user};
 
+use crate::packed;
 use crate::stop::{Stop, complain};
 
 static PACK: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/suite"));
@@ -94,20 +95,69 @@ pub(super) fn refuse_change(path: &Path) -> Result<(), Stop> {
 }
 
 /// The files of the pack, by path; `None` if it is damaged.
-fn files(mut pack: &[u8]) -> Option<BTreeMap<&str, &[u8]>> {
+fn files(pack: &[u8]) -> Option<BTreeMap<&str, Vec<u8>>> {
+    let (size, rest) = line(pack)?;
+    let (mut text, planes) = rest.split_at_checked(size.parse().ok()?)?;
+    let n_numbers = planes.len() / 8;
+    let mut numbers = (0..n_numbers).map(|idx| {
+        u64::from_le_bytes(std::array::from_fn(|plane| planes[plane * n_numbers + idx]))
+    });
     let mut files = BTreeMap::new();
-    while !pack.is_empty() {
-        let end = pack.iter().position(|byte| *byte == b'\n')?;
-        let (path, size) = str::from_utf8(&pack[..end]).ok()?.rsplit_once(' ')?;
-        let (bytes, rest) = pack[end + 1..].split_at_checked(size.parse().ok()?)?;
+    while !text.is_empty() {
+        let (first, rest) = line(text)?;
+        let (path, size) = first.rsplit_once(' ')?;
+        let (bytes, rest) = if let Some((rows, ways)) = size.split_once(':') {
+            let (header, rest) = line(rest)?;
+            (trace(header, rows.parse().ok()?, ways.as_bytes(), &mut numbers)?, rest)
+        } else {
+            let (bytes, rest) = rest.split_at_checked(size.parse().ok()?)?;
+            (bytes.to_vec(), rest)
+        };
         files.insert(path, bytes);
-        pack = rest;
+        text = rest;
     }
-    Some(files)
+    (numbers.len() == 0).then_some(files)
+}
+
+/// The first line, and the rest.
+fn line(bytes: &[u8]) -> Option<(&str, &[u8])> {
+    let end = bytes.iter().position(|byte| *byte == b'\n')?;
+    Some((str::from_utf8(&bytes[..end]).ok()?, &bytes[end + 1..]))
+}
+
+/// The text of a trace, from the differences of its numbers from what they are predicted to be.
+fn trace(
+    header: &str,
+    n_rows: usize,
+    ways: &[u8],
+    differences: &mut impl Iterator<Item = u64>,
+) -> Option<Vec<u8>> {
+    let mut columns = vec![Vec::new(); ways.len()];
+    for idx in packed::order(ways.len()) {
+        let way = ways[idx].checked_sub(b'a').map(usize::from).filter(|way| *way < packed::WAYS)?;
+        let dt = columns[0].get(1).copied().unwrap_or(0.0);
+        let mut column = Vec::with_capacity(n_rows);
+        let velocities = match packed::distance(way) {
+            Some(distance) => columns.get(idx + distance)?.as_slice(),
+            None => &[],
+        };
+        for _ in 0..n_rows {
+            let predicted = packed::predict(way, &column, velocities, dt);
+            column.push(restored(differences.next()?, predicted));
+        }
+        columns[idx] = column;
+    }
+    Some(packed::text(header, &columns))
+}
+
+/// The number at a distance from its prediction, in doubles, whose sign is in the last bit.
+fn restored(difference: u64, predicted: f64) -> f64 {
+    let signed = (difference >> 1) ^ (difference & 1).wrapping_neg();
+    f64::from_bits(packed::rank(packed::rank(predicted.to_bits()).wrapping_add(signed)))
 }
 
 /// The folder of this name in `home`, with these files and no others.
-fn place(home: &Path, name: &str, files: &BTreeMap<&str, &[u8]>) -> io::Result<PathBuf> {
+fn place(home: &Path, name: &str, files: &BTreeMap<&str, Vec<u8>>) -> io::Result<PathBuf> {
     own_folder(home)?;
     let folder = home.join(name);
     if holds(&folder, files) {
@@ -131,8 +181,8 @@ fn place(home: &Path, name: &str, files: &BTreeMap<&str, &[u8]>) -> io::Result<P
 }
 
 /// Whether a folder has these files, and no others.
-fn holds(folder: &Path, files: &BTreeMap<&str, &[u8]>) -> bool {
-    let is_same = |(path, bytes): (&&str, &&[u8])| {
+fn holds(folder: &Path, files: &BTreeMap<&str, Vec<u8>>) -> bool {
+    let is_same = |(path, bytes): (&&str, &Vec<u8>)| {
         own_file::read(&folder.join(path)).is_ok_and(|read| read == *bytes)
     };
     count(folder).is_ok_and(|count| count == files.len()) && files.iter().all(is_same)
@@ -157,7 +207,7 @@ mod tests {
     #[test]
     fn extracted_folder_is_compared_and_replaced() {
         let home = tempfile::tempdir().unwrap();
-        let files = BTreeMap::from([("a/b", b"1".as_slice()), ("c", b"2")]);
+        let files = BTreeMap::from([("a/b", b"1".to_vec()), ("c", b"2".to_vec())]);
         let place = || place(&home.path().join("suite"), "x", &files).unwrap();
         let folder = place();
         assert_eq!(fs::read(folder.join("a/b")).unwrap(), b"1");

@@ -9,6 +9,7 @@ mod cli;
 mod commands;
 mod inputs;
 mod installed;
+mod packed;
 mod submission;
 
 mod actions;

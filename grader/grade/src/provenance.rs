@@ -14,7 +14,7 @@ use crate::inputs::Inputs;
 use crate::stop::Stop;
 
 /// The commit that this program was built from, if known.
-pub(super) const COMMIT: Option<&str> = option_env!("GRADE_COMMIT");
+pub(super) const COMMIT: Option<&str> = option_env!("COMMIT");
 
 /// The platform that this program was built for.
 pub(super) fn platform() -> String {

@@ -65,7 +65,7 @@ impl From<Solver> for LinearSolver {
 #[derive(Parser)]
 #[command(
     name = "simulate",
-    version,
+    version = env!("VERSION"),
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_subcommand = true

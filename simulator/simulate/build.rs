@@ -1,0 +1,8 @@
+//! Tells `simulate` its version and its commit.
+
+#[path = "../commit.rs"]
+mod commit;
+
+fn main() {
+    commit::tell();
+}

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Packages for users who have no Rust toolchain: target/package/spring-oracle-VERSION-TARGET.tar.gz (.zip for Windows) with
-# both programs, and its SHA-256. Then tries the archive: unpacked into an empty folder, its grade grades its simulate by
-# the scenes that it brings. An archive for Arm is tried under qemu, one for Windows under Wine by ci/windows.sh.
+# both programs, its SHA-256, and the list of the packages in it (ci/sbom.py). Then tries the archive: unpacked into an empty
+# folder, its grade grades its simulate by the scenes that it brings. An archive for Arm is tried under qemu, one for Windows
+# under Wine by ci/windows.sh.
 #
 #     ci/package.sh            for this machine
 #     ci/package.sh TARGET     for another one, such as aarch64-unknown-linux-gnu or x86_64-pc-windows-gnu (ci/cross.sh)
@@ -37,6 +38,7 @@ else
     tar --sort=name --owner=0 --group=0 --numeric-owner --mtime="@$time" -C target/package -cf - "$name" \
         | gzip -n9 >"target/package/$archive"
 fi
+python3 ci/sbom.py "$target" >"target/package/$name.cdx.json"
 (cd target/package && sha256sum "$archive" | tee "$archive.sha256")
 ls -l "target/package/$archive" | awk '{ printf "    %.1f MB\n", $5 / 1e6 }'
 runner=()

@@ -1,15 +1,13 @@
 #!/usr/bin/env bash
-# Builds both programs for Windows and runs them under Wine: traces, archives, programs, limits, pages, paths, line ends.
-# Needs gcc-mingw-w64-x86-64, wine, and the target of rustup or rustc-web, cargo-web and rust-web-src.
+# Builds both programs for Windows and runs them under Wine: traces, archives, programs, limits, pages, paths, line ends; then
+# the tests of the core.
+# Needs the target of rustup or rustc-web, cargo-web and rust-web-src.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . ci/cross.sh
 
 target=x86_64-pc-windows-gnu
-if ! command -v wine >/dev/null || ! command -v x86_64-w64-mingw32-gcc >/dev/null; then
-    echo "windows: skipped: wine or gcc-mingw-w64-x86-64 is not installed"
-    exit 0
-fi
+need wine wine x86_64-w64-mingw32-gcc gcc-mingw-w64-x86-64
 echo "+ cargo build --target $target"
 cross build $target --release --bin grade --bin simulate
 built=target/$target/release
@@ -74,7 +72,7 @@ check 0 "$scene" cat report.json report.xml
 check 0 '<template' grep -a '<template' report.html
 check 1 "$scene" grade wrong --assignment t1m3 --html pages
 check 0 '' test -f pages/index.html
-check 0 'step' grade explain $scene wrong
+check 1 "Redoing each step" grade explain $scene wrong
 check 2 'no submission|not executable' grade notes.txt
 check 2 'not found' grade nothing
 check 2 'unprotected' grade '..\bin\simulate.exe' --assignment t1m3
@@ -89,4 +87,19 @@ check 2 'protection' grade protection
 ALIVE=C:\\alive check 1 'time|limit' grade ../bin/hangs.exe --unprotected --only Spring --limit wall=1
 sleep 7
 check 1 '' test -e "$WINEPREFIX/drive_c/alive"
+# Far from the repository, the scenes and the oracle are those of the program, byte for byte.
+mkdir -p "$WINEPREFIX/drive_c/far"
+cd "$WINEPREFIX/drive_c/far"
+check 0 't1m3' wine "$work/bin/grade.exe" assignments
+check 0 '' diff -r "$repository/expected" "$(echo "$WINEPREFIX"/drive_c/users/*/AppData/Local/spring-oracle/suite/*/expected)"
+cd "$repository"
+same_traces wine "$work/bin/simulate.exe"
+check 0 'All passed|Required' wine "$work/bin/grade.exe" --no-progress
 echo "windows: $count commands ran under $(wine --version)"
+
+# The tests of the core.
+cp "$work/bin/bcryptprimitives.dll" "$WINEPREFIX/drive_c/windows/system32"
+echo "+ cargo test --target $target"
+CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER=wine cross test $target --release --no-fail-fast -p scene -p sparse -p simulator -p reference \
+    -p jacobian -p frames -p picture | tee "$work/tests"
+awk '/^test result/ { passed += $4; failed += $6; ignored += $8 } END { print "windows: tests of the core: " passed " passed, " failed " failed, " ignored " ignored" }' "$work/tests"

@@ -15,6 +15,7 @@
 //! - [`white_box`]: each force's Jacobians against differences of the force.
 //! - [`probe`]: forces and Jacobians of a program, from its traces.
 //! - [`creative`]: checks of creative scenes.
+//! - [`functions`]: functions of a hand-in, each by itself.
 //! - [`oracle`]: regeneration and verification of the stored traces.
 //! - [`grading`]: grading of one submission over a suite.
 //! - [`class`]: grading of a folder of submissions.
@@ -35,6 +36,7 @@ pub mod probe;
 pub mod white_box;
 
 pub mod creative;
+pub mod functions;
 
 pub mod oracle;
 

@@ -51,6 +51,7 @@ impl Inputs {
             rubric: &self.rubric,
             assignment,
             hidden,
+            functions: self.pack.as_ref().and_then(Pack::functions),
             checks,
             observer,
             runs_at_once: self.runs_at_once,

@@ -101,7 +101,8 @@ impl ProgressState {
                     | Task::Jacobians
                     | Task::Repetition
                     | Task::Probe
-                    | Task::Altered => {}
+                    | Task::Altered
+                    | Task::Functions => {}
                 }
             }
             Event::SceneStarted { name } => self.running.push(called(name)),
@@ -130,6 +131,7 @@ impl ProgressState {
             Task::Repetition => "running some scenes twice".to_owned(),
             Task::Probe => "measuring Jacobians".to_owned(),
             Task::Altered => "running altered scenes".to_owned(),
+            Task::Functions => "calling functions".to_owned(),
             Task::HiddenScenes(total) => format!("{}/{total} hidden scenes", self.done),
         };
         if self.failed > 0 {

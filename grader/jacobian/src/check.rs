@@ -356,7 +356,7 @@ pub fn common(likenesses: &[Likeness]) -> Option<Likeness> {
 }
 
 /// Whether two likenesses are the same, but for the digits of a factor.
-fn is_alike(a: &Likeness, b: &Likeness) -> bool {
+pub fn is_alike(a: &Likeness, b: &Likeness) -> bool {
     use Change::Factor;
     a.region == b.region
         && match (&a.change, &b.change) {

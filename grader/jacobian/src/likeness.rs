@@ -251,8 +251,11 @@ impl Pair<'_> {
         None
     }
 
-    /// Whether `J − D` is the product of a column and a row.
+    /// Whether `J − D` is the product of a column and a row, which says something of a matrix alone.
     fn has_rank_one(&self) -> bool {
+        if self.rows == 1 || self.columns() == 1 {
+            return false;
+        }
         let error = |row, column| self.stated(row, column) - self.measured(row, column);
         let sizes =
             self.wrong.iter().map(|(row, column)| (error(*row, *column).abs(), *row, *column));
@@ -342,6 +345,13 @@ impl fmt::Display for Region {
             Self::OffDiagonal => write!(f, "all but the diagonal"),
             Self::All => write!(f, "the whole Jacobian"),
         }
+    }
+}
+
+impl Likeness {
+    /// In words, of something else than a Jacobian, whose whole is called `whole`.
+    pub fn of(&self, whole: &str) -> String {
+        self.to_string().replacen(&Region::All.to_string(), whole, 1)
     }
 }
 

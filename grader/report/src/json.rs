@@ -301,7 +301,7 @@ struct JsonFeature {
 struct JsonScene {
     name: String,
     path: String,
-    /// "pass", "not-implemented", "missing", "differs", "drifts", "fails-altered", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out", "not-run",
+    /// "pass", "not-implemented", "missing", "differs", "drifts", "fails-altered", "wrong-function", "not-finite", "too-short", "too-long", "malformed", "no-output", "crashed", "timed-out", "not-run",
     /// "out-of-memory", "too-many-processes", "too-much-output", "build-failed", "bad-hand-in" or "grader-fault".
     verdict: &'static str,
     /// The verdict in a sentence.

@@ -18,7 +18,7 @@ pub(crate) fn scenes(grading: &Grading) -> impl Iterator<Item = &SceneResult> {
     grading.features.iter().flat_map(|feature| &feature.scenes)
 }
 
-/// The failed scenes that no finding explains, by verdict, the most frequent first.
+/// The failed scenes that no finding explains, by verdict, the most frequent first; functions one by one.
 pub(crate) fn unexplained(grading: &Grading) -> Vec<Unexplained<'_>> {
     let is_explained =
         |scene: &SceneResult| grading.findings.list.iter().any(|f| f.scenes.contains(&scene.id));
@@ -27,8 +27,8 @@ pub(crate) fn unexplained(grading: &Grading) -> Vec<Unexplained<'_>> {
         let verdict = &scene.comparison.verdict;
         match groups.iter_mut().find(|(known, _)| known.name() == verdict.name()) {
             _ if verdict.is_pass() => {}
-            Some((_, scenes)) => scenes.push(scene),
-            None => groups.push((verdict, vec![scene])),
+            Some((_, scenes)) if wrong_function(verdict).is_none() => scenes.push(scene),
+            _ => groups.push((verdict, vec![scene])),
         }
     }
     groups.sort_by_key(|(_, scenes)| std::cmp::Reverse(scenes.len()));
@@ -44,9 +44,21 @@ pub(crate) fn unexplained(grading: &Grading) -> Vec<Unexplained<'_>> {
             () if scenes.len() <= open => " that the mistakes above may explain, or not",
             () => " without a known cause",
         };
+        if let Some(line) = wrong_function(verdict) {
+            found.push(Unexplained { words: format!("A function is {line}"), scenes });
+            continue;
+        }
         found.push(Unexplained { words: format!("{count}{why} ({name})"), scenes });
     }
     found
+}
+
+/// What is wrong with a function, in a line.
+fn wrong_function(verdict: &Verdict) -> Option<&str> {
+    match verdict {
+        Verdict::Fail(Failure::WrongFunction { detail }) => detail.lines().next(),
+        _ => None,
+    }
 }
 
 /// The parts of forces whose single steps are wrong, with what is wrong in words.

@@ -24,6 +24,8 @@ pub enum Door {
     Manifest,
     /// A trace.
     Trace,
+    /// What functions of a hand-in give.
+    Answers,
     /// Output of a program.
     Printed,
     /// A report in `grade verify-report`.
@@ -119,11 +121,12 @@ impl Limit {
 
 impl Door {
     /// All doors.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::HandIn,
         Self::Archive,
         Self::Manifest,
         Self::Trace,
+        Self::Answers,
         Self::Printed,
         Self::Report,
         Self::Record,
@@ -162,6 +165,12 @@ impl Door {
                 Limit::Stream,
                 "simulator/scene/src/trace/mod.rs",
                 &["trace-csv", "trace-fosssim"],
+            ),
+            Self::Answers => (
+                "what functions of a hand-in give, numbers in lines",
+                Limit::Mebibytes(16),
+                "grader/src/functions/mod.rs",
+                &[],
             ),
             Self::Printed => (
                 "the end of what a program prints",

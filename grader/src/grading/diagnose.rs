@@ -73,8 +73,8 @@ pub fn outcome(verdict: &Verdict) -> Outcome {
 
 fn outcome_of_failure(failure: &Failure) -> Outcome {
     match failure {
-        // Altered scenes are run after the diagnosis.
-        Failure::FailsAltered { .. } => Outcome::NotJudged,
+        // Altered scenes and functions are run after the diagnosis.
+        Failure::FailsAltered { .. } | Failure::WrongFunction { .. } => Outcome::NotJudged,
         Failure::BuildFailed(_) | Failure::BadHandIn { .. } => Outcome::NotBuilt,
         Failure::NotImplemented(Lack::Refused { name, .. }) => Outcome::Refused(name.clone()),
         Failure::NotImplemented(Lack::LeftOut { .. }) => Outcome::Refused(None),

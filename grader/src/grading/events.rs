@@ -46,6 +46,8 @@ pub enum Task {
     Probe,
     /// Runs altered copies of shipped scenes.
     Altered,
+    /// Calls the functions of the hand-in that a pack grades by themselves.
+    Functions,
     /// Runs this many hidden scenes.
     HiddenScenes(usize),
 }

@@ -28,6 +28,7 @@ use scene::trace::State;
 use crate::boundary::printed::Untrusted;
 use crate::boundary::seal::Secret;
 use crate::compare::{Comparison, Criteria};
+use crate::functions::Functions;
 use crate::oracle::Oracle;
 use crate::probe;
 use crate::rubric::Rubric;
@@ -86,6 +87,8 @@ pub struct Grader<'a> {
     pub assignment: Option<&'a Assignment>,
     /// The hidden scenes, where they are available.
     pub hidden: Option<&'a HiddenSuite>,
+    /// The functions of a pack that are graded by themselves.
+    pub functions: Option<&'a Functions>,
     /// Checks other than the shipped scenes.
     pub checks: Checks,
     /// Receives events, and may end the run early.
@@ -115,8 +118,19 @@ impl<'a> Grader<'a> {
     /// Grades the shipped scenes only, without an observer.
     pub fn new(suite: &'a Suite, oracle: &'a Oracle, rubric: &'a Rubric) -> Self {
         let checks = Checks::default();
-        let (assignment, hidden, observer) = (None, None, &());
-        Self { suite, oracle, rubric, assignment, hidden, checks, observer, runs_at_once: None }
+        let (assignment, hidden, functions, observer) = (None, None, None, &());
+        let runs_at_once = None;
+        Self {
+            suite,
+            oracle,
+            rubric,
+            assignment,
+            hidden,
+            functions,
+            checks,
+            observer,
+            runs_at_once,
+        }
     }
 
     /// Grades a submission. Its programs, if any, run under `protection`. If the observer ends the run early, the
@@ -195,6 +209,13 @@ impl<'a> Grader<'a> {
                 &is_stopped,
             );
             grading.withdraw(copied.filter(|_| !is_stopped()));
+        }
+        if let Some(functions) = self.functions.filter(|_| !observer.is_stopped()) {
+            observer.notice(Event::Task(Task::Functions));
+            let judged = functions.judge(submission).into_iter();
+            let of_function = |(function, verdict)| FeatureResult::of_function(function, verdict);
+            grading.features.extend(judged.map(of_function));
+            grading.features.sort_by(|a, b| a.feature.cmp(&b.feature));
         }
         if let Hidden::NotRun { reason, .. } = &mut grading.hidden
             && may_tell

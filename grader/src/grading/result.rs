@@ -6,7 +6,8 @@ use std::fmt;
 use super::altered::{Copied, Passed};
 use crate::boundary::printed::Untrusted;
 use crate::compare::recording::Recording;
-use crate::compare::{Comparison, Criteria};
+use crate::compare::{Comparison, Criteria, Tolerances};
+use crate::functions::Function;
 use crate::probe::Probing;
 use crate::rubric::creative::{CRITERIA, CreativeCredit, CreativeRule};
 use crate::rubric::{FaultPoints, OtherRoot, Rubric};
@@ -165,6 +166,27 @@ impl FeatureResult {
             partial: rubric.partial(&feature),
             feature,
             scenes: Vec::new(),
+            hidden: HiddenTally::default(),
+        }
+    }
+
+    /// A function that is graded by itself, as a feature with one check.
+    pub(super) fn of_function(function: &Function, verdict: Verdict) -> Self {
+        let scene = SceneResult {
+            id: function.id(),
+            path: function.id(),
+            n_particles: 0,
+            criteria: Tolerances::COURSE.into(),
+            weight: 1.0,
+            comparison: Comparison::without_states(verdict),
+            diagnosis: None,
+            recording: None,
+        };
+        Self {
+            feature: Feature { section: Section::Required, group: function.id(), integrator: "" },
+            points: function.points,
+            partial: false,
+            scenes: vec![scene],
             hidden: HiddenTally::default(),
         }
     }
@@ -568,7 +590,6 @@ pub(super) fn gather(
 mod tests {
 
     use super::*;
-    use crate::compare::Tolerances;
     use crate::verdict::Failure;
 
     /// A feature of scenes with these weights: passed, failed, or not judged.

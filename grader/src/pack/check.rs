@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Example, MANIFEST, Pack};
 use crate::boundary::own_file;
+use crate::functions::{Function, Functions, GROUP};
 use crate::grading::hidden::HiddenSuite;
 use crate::grading::{Grading, SceneResult};
 use crate::oracle::Oracle;
@@ -110,6 +111,7 @@ fn points(pack: &Pack, graded: Graded<'_>, found: &mut Vec<Finding>) {
         }
     }
     let sum: f64 = required.iter().map(|feature| graded.rubric.points(feature)).sum();
+    let sum = sum + pack.functions().map_or(0.0, Functions::points);
     if let Some(points) = pack.points
         && (points - sum).abs() > 1e-9
     {
@@ -201,7 +203,7 @@ fn examples(pack: &Pack, suite: &Suite, found: &mut Vec<Finding>) {
             let message = format!("{place}: there is no example {}", example.folder.display());
             found.push(Finding::fault(message, "correct `folder`; it is seen from the pack"));
         }
-        if let Err(error) = chosen(suite, &example.fails) {
+        if let Err(error) = chosen(pack, suite, &example.fails) {
             let message = format!("{place}: {error}");
             found.push(Finding::fault(
                 message,
@@ -223,22 +225,31 @@ fn examples(pack: &Pack, suite: &Suite, found: &mut Vec<Finding>) {
     }
 }
 
-/// For each pattern, the names of the scenes that it chooses.
-fn chosen(suite: &Suite, patterns: &[String]) -> Result<Vec<BTreeSet<String>>, String> {
-    let candidates: Vec<Candidate<'_>> = suite.cases.iter().map(Candidate::from).collect();
+/// For each pattern, the names of the scenes and functions that it chooses.
+fn chosen(
+    pack: &Pack,
+    suite: &Suite,
+    patterns: &[String],
+) -> Result<Vec<BTreeSet<String>>, String> {
+    let functions = pack.functions().into_iter().flat_map(|functions| &functions.each);
+    let functions: Vec<String> = functions.map(Function::id).collect();
+    let of_functions =
+        functions.iter().map(|id| Candidate { name: id, group: Some(GROUP), integrator: None });
+    let candidates: Vec<Candidate<'_>> =
+        suite.cases.iter().map(Candidate::from).chain(of_functions).collect();
     let of_pattern = |pattern: &String| {
         let chosen = choose(std::slice::from_ref(pattern), &candidates);
         let chosen = chosen.map_err(|error| error.to_string())?.into_iter();
-        let names = suite.cases.iter().zip(chosen).filter(|(_, is_chosen)| *is_chosen);
-        Ok(names.map(|(case, _)| case.id.clone()).collect())
+        let names = candidates.iter().zip(chosen).filter(|(_, is_chosen)| *is_chosen);
+        Ok(names.map(|(candidate, _)| candidate.name.to_owned()).collect())
     };
     patterns.iter().map(of_pattern).collect()
 }
 
 /// Where the verdicts of an example are not what the pack says: a scene of each pattern of `fails` fails, and all other
 /// required scenes pass.
-pub fn example(example: &Example, suite: &Suite, grading: &Grading) -> Vec<Finding> {
-    let Ok(patterns) = chosen(suite, &example.fails) else { return Vec::new() };
+pub fn example(pack: &Pack, example: &Example, suite: &Suite, grading: &Grading) -> Vec<Finding> {
+    let Ok(patterns) = chosen(pack, suite, &example.fails) else { return Vec::new() };
     let name = example.folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let scenes: Vec<(&SceneResult, Section)> = grading
         .features

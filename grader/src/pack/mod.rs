@@ -31,6 +31,10 @@
 //! format = "csv"                             # or "fosssim"
 //! readable = ["data"]                        # of the pack, for builds and runs; optional
 //!
+//! [functions]                                # functions that are graded by themselves; optional
+//! command = ["./driver", "{calls}", "{answers}"]
+//! each = [{ name = "spring", is = "springforce/force", points = 2 }]
+//!
 //! [[example]]                                # programs that `grade pack check` grades
 //! folder = "examples/right"                  # a hand-in
 //! fails = []                                 # scenes that fail, by patterns as for --only; all others pass
@@ -54,10 +58,11 @@ use toml::Spanned;
 use crate::boundary::own_file;
 use crate::boundary::printed::Untrusted;
 use crate::class::fingerprint::Fingerprint;
+use crate::functions::{Function, Functions, Quantity};
 use crate::submission::Submission;
 use crate::submission::folder::{self, Built, FolderError, ManifestFormat, Recipe};
 use crate::submission::hand_in::{HandIn, HandInError};
-use crate::submission::program::Runner;
+use crate::submission::program::{HOME, Runner};
 use crate::submission::received::{
     Form, ReceiveError, Received, list_files, manifest_folder, only_archive,
 };
@@ -143,6 +148,7 @@ struct PackFile {
     starter: Option<StarterTable>,
     build: Option<BuildTable>,
     run: PackRunTable,
+    functions: Option<FunctionsTable>,
     /// Programs that `grade pack check` grades.
     #[serde(default)]
     #[cfg_attr(test, schemars(with = "Vec<ExampleTable>"))]
@@ -204,6 +210,32 @@ struct PackRunTable {
     readable: Vec<Spanned<PathBuf>>,
 }
 
+/// Functions of the hand-in that are graded, each by itself.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+struct FunctionsTable {
+    /// The driver and its arguments, with `{calls}` and `{answers}` for files, and `{folder}` for the project.
+    #[cfg_attr(test, schemars(with = "Vec<String>"))]
+    command: Spanned<Vec<String>>,
+    /// The functions.
+    #[cfg_attr(test, schemars(with = "Vec<FunctionTable>"))]
+    each: Vec<Spanned<FunctionTable>>,
+}
+
+/// A function with its points.
+#[derive(Debug, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+struct FunctionTable {
+    /// Its name in calls and in reports: one word.
+    name: String,
+    /// What it must give: `springforce/jacobian-x`, `fast-mass-spring/A`.
+    is: String,
+    /// Its points.
+    points: f64,
+}
+
 /// A program whose verdicts are known.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -234,6 +266,8 @@ pub struct Pack {
     /// The pack's own files of a project.
     project: Option<Layer>,
     recipe: Recipe,
+    /// The functions that are graded by themselves.
+    functions: Option<Functions>,
     readable: Vec<PathBuf>,
     examples: Vec<Example>,
     /// The hash of the manifest and the starter code.
@@ -338,6 +372,17 @@ impl Pack {
         let run = file.run.command;
         folder::check_run("command", run.as_ref())
             .map_err(|message| invalid(run.span().start, message))?;
+        let functions = |table: FunctionsTable| {
+            let command = table.command;
+            folder::check_placeholders("command", command.as_ref(), ["{calls}", "{answers}"])
+                .map_err(|message| invalid(command.span().start, message))?;
+            let each = table.each.into_iter().map(|entry| {
+                let start = entry.span().start;
+                entry.into_inner().read().map_err(|message| invalid(start, message))
+            });
+            Ok(Functions { command: command.into_inner(), each: each.collect::<Result<_, _>>()? })
+        };
+        let functions = file.functions.map(functions).transpose()?;
         let mut readable = Vec::new();
         for each in file.run.readable {
             let path = folder.join(each.as_ref());
@@ -399,6 +444,7 @@ impl Pack {
             starter,
             project,
             recipe: Recipe { build, run: run.into_inner(), format: file.run.format },
+            functions,
             readable,
             examples: file.example.into_iter().map(example).collect(),
             hash: hash.finish(),
@@ -420,6 +466,11 @@ impl Pack {
     /// The files and folders of the pack that programs may read where they are.
     pub fn readable(&self) -> &[PathBuf] {
         &self.readable
+    }
+
+    /// The functions that are graded by themselves.
+    pub fn functions(&self) -> Option<&Functions> {
+        self.functions.as_ref()
     }
 
     /// The programs whose verdicts are known.
@@ -537,7 +588,7 @@ impl Pack {
         }
         let fault = |error: io::Error| Unbuilt::Fault(format!("no folder for the build: {error}"));
         let scratch = scratch_folder().map_err(fault)?;
-        let home = scratch.path().join(folder::HOME);
+        let home = scratch.path().join(HOME);
         fs::create_dir(&home).map_err(fault)?;
         self.layers().try_for_each(|layer| layer.lay(&home)).map_err(fault)?;
         lay(&taken, received.folder(), &home)?;
@@ -547,6 +598,19 @@ impl Pack {
             program.taken = Some(taken.words(&files));
         }
         Ok(built)
+    }
+}
+
+impl FunctionTable {
+    fn read(self) -> Result<Function, String> {
+        let Self { name, is, points } = self;
+        if name.is_empty() || name.contains(char::is_whitespace) {
+            return Err(format!("{name:?} is not one word\n  help: name it as the driver does"));
+        }
+        if !(points >= 0.0 && points.is_finite()) {
+            return Err(format!("{points} points\n  help: give it 0 or more"));
+        }
+        Ok(Function { name, quantity: Quantity::parse(&is)?, points })
     }
 }
 

@@ -22,7 +22,7 @@ use scene::trace::TraceFormat;
 use serde::Deserialize;
 
 use super::hand_in::{HandIn, HandInError};
-use super::program::{Program, Runner, failure_of_run};
+use super::program::{CommandLine, HOME, Program, Runner, failure_of_run};
 use crate::boundary::door::Door;
 use crate::boundary::printed::{RawUse, Untrusted};
 use crate::verdict::{BuildFailure, Failure};
@@ -31,12 +31,6 @@ use sandbox::{End, Job, Keep, Limits, SandboxError};
 
 /// The manifest's file name.
 pub const MANIFEST: &str = "submission.toml";
-
-/// The folder of a program in its scratch folder.
-pub(crate) const HOME: &str = "folder";
-
-/// Placeholder in commands for the submission's folder.
-const FOLDER: &str = "{folder}";
 
 /// The content of a manifest.
 #[derive(Debug, Deserialize)]
@@ -244,34 +238,29 @@ pub(crate) fn check_command(key: &str, command: &[String]) -> Result<(), String>
 /// # Errors
 /// A message, if it names no program, scene or trace.
 pub(crate) fn check_run(key: &str, command: &[String]) -> Result<(), String> {
+    check_placeholders(key, command, ["{scene}", "{trace}"])
+}
+
+/// Checks a command that reads one file and writes another.
+///
+/// # Errors
+/// A message, if it names no program, or one of these files is missing.
+pub(crate) fn check_placeholders(
+    key: &str,
+    command: &[String],
+    files: [&str; 2],
+) -> Result<(), String> {
     check_command(key, command)?;
-    for placeholder in ["{scene}", "{trace}"] {
+    let [input, output] = files;
+    for placeholder in files {
         if !command.iter().any(|argument| argument.contains(placeholder)) {
             return Err(format!(
-                "{key} holds no {placeholder}\n  help: {key} = [\"./simulate\", \"{{scene}}\", \"-o\", \
-                 \"{{trace}}\"]"
+                "{key} holds no {placeholder}\n  help: {key} = [\"./simulate\", \"{input}\", \"-o\", \
+                 \"{output}\"]"
             ));
         }
     }
     Ok(())
-}
-
-/// A command with the folder's path filled in.
-struct CommandLine {
-    program: PathBuf,
-    arguments: Vec<String>,
-}
-
-impl CommandLine {
-    fn of(words: &[String], home: &Path) -> Self {
-        let folder = home.to_string_lossy();
-        let mut words = words.iter().map(|word| word.replace(FOLDER, &folder));
-        let program = words.next().unwrap_or_default();
-        // The system searches for a name without `/`; an absolute path stays absolute.
-        let program =
-            if program.contains('/') { home.join(&program) } else { PathBuf::from(&program) };
-        Self { program, arguments: words.collect() }
-    }
 }
 
 /// Runs the build's command of this number. The copy of the folder before it is removed with the scratch folder.

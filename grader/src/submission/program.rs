@@ -24,6 +24,7 @@ use super::StateSource;
 use super::budget::Budget;
 use super::hand_in::HandIn;
 use super::kept::{KeptEnd, KeptRuns};
+use crate::boundary::door::Door;
 use crate::boundary::printed::{self, Untrusted};
 use crate::suite::{Case, SolverName, hash_bytes, hash_file};
 use crate::verdict::{
@@ -55,6 +56,16 @@ const TRACE: &str = "{trace}";
 
 /// Placeholder in commands for the linear solver that the scene asks for.
 const SOLVER: &str = "{solver}";
+
+/// Placeholder in commands for the submission's folder.
+const FOLDER: &str = "{folder}";
+
+/// The folder of a program in its scratch folder.
+pub(crate) const HOME: &str = "folder";
+
+/// The file of the calls of functions, and that of what they give.
+const CALLS: &str = "calls.txt";
+const ANSWERS: &str = "answers.txt";
 
 /// Settings for running programs.
 #[derive(Debug, Clone)]
@@ -316,6 +327,48 @@ impl Program {
         })
     }
 
+    /// Runs a driver of the folder that the program was built in on a file of calls, and returns what it writes. In the command,
+    /// `{calls}`, `{answers}` and `{folder}` stand for these.
+    ///
+    /// # Errors
+    /// A failure if it does not exit with status 0, or leaves no answers; a fault if it could not be run.
+    pub(crate) fn answers(&self, command: &[String], calls: &str) -> Result<Untrusted, Verdict> {
+        let fault = |detail: String| Verdict::GraderFault(Fault::NotRun { detail });
+        let home = self.copy.as_ref().map(|copy| copy.path().join(HOME)).unwrap_or_default();
+        let CommandLine { program, arguments } = CommandLine::of(command, &home);
+        let workspace = Workspace::empty().map_err(|error| fault(error.to_string()))?;
+        let folder = workspace.folder();
+        fs::create_dir(&folder)
+            .and_then(|()| fs::write(folder.join(CALLS), calls))
+            .map_err(|error| fault(error.to_string()))?;
+        let argument = |argument: String| {
+            argument.replace("{calls}", CALLS).replace("{answers}", ANSWERS).into()
+        };
+        let job = Job {
+            program,
+            arguments: arguments.into_iter().map(argument).collect(),
+            folder,
+            keep: Keep::File(ANSWERS.to_owned(), workspace.trace()),
+            readable: self.runner.readable.clone(),
+            limits: self.runner.limits,
+        };
+        let sandbox = &self.runner.sandbox;
+        let outcome = sandbox.run(&job).map_err(|error| fault(error.to_string()))?;
+        if outcome.end != End::Exited(0) {
+            return Err(Verdict::Fail(failure_of_run(&outcome, &job, sandbox).into()));
+        }
+        if let Err(reason) = outcome.kept.clone() {
+            let end = RunEnd::NoTrace { file: ANSWERS.to_owned(), reason };
+            return Err(Verdict::Fail(
+                RunFailure { end, output: last_output(&outcome, sandbox) }.into(),
+            ));
+        }
+        Door::Answers.text(&workspace.trace()).map_err(|error| {
+            let reason = format!("{ANSWERS} {error}").into();
+            Verdict::Fail(Failure::Unreadable { reason })
+        })
+    }
+
     /// The program's file, whose name may depend on the solver.
     fn path_for(&self, solver: &str) -> PathBuf {
         match self.path.to_str() {
@@ -447,6 +500,24 @@ impl Program {
         let Err(reason) = outcome.kept.clone() else { return Ok(Ok(workspace)) };
         let end = RunEnd::NoTrace { file: trace.to_owned(), reason };
         Ok(Err(RunFailure { end, output: last_output(&outcome, &self.runner.sandbox) }))
+    }
+}
+
+/// A command with the folder's path filled in.
+pub(super) struct CommandLine {
+    pub(super) program: PathBuf,
+    pub(super) arguments: Vec<String>,
+}
+
+impl CommandLine {
+    pub(super) fn of(words: &[String], home: &Path) -> Self {
+        let folder = home.to_string_lossy();
+        let mut words = words.iter().map(|word| word.replace(FOLDER, &folder));
+        let program = words.next().unwrap_or_default();
+        // The system searches for a name without `/`; an absolute path stays absolute.
+        let program =
+            if program.contains('/') { home.join(&program) } else { PathBuf::from(&program) };
+        Self { program, arguments: words.collect() }
     }
 }
 

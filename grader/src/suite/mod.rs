@@ -48,7 +48,7 @@ impl Section {
     }
 }
 
-/// A group of scenes under one integrator.
+/// A group of scenes under one integrator; or a function, without one.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Feature {
     /// Required or extra credit.
@@ -61,7 +61,10 @@ pub struct Feature {
 
 impl fmt::Display for Feature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} / {}", self.group, self.integrator)
+        match self.integrator {
+            "" => write!(f, "{}", self.group),
+            integrator => write!(f, "{} / {integrator}", self.group),
+        }
     }
 }
 

@@ -96,6 +96,12 @@ pub enum Failure {
         /// The terms that the program does not show, in words.
         terms: String,
     },
+    /// A function gives something else than it must.
+    #[error("{}", printed::text(detail))]
+    WrongFunction {
+        /// What it gives, in words.
+        detail: String,
+    },
     /// The numbers are out of tolerance.
     #[error("the trace differs from the oracle's")]
     Differs,
@@ -128,6 +134,7 @@ impl Failure {
             Self::TooLong { .. } => "too-long",
             Self::Drifts { .. } => "drifts",
             Self::FailsAltered { .. } => "fails-altered",
+            Self::WrongFunction { .. } => "wrong-function",
             Self::Differs => "differs",
         }
     }

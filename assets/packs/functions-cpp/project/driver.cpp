@@ -1,4 +1,5 @@
-// Reads a scene, takes its steps with the functions of forces.cpp, and writes the trace.
+// driver SCENE TRACE              takes the steps of a scene with the functions of forces.cpp
+// driver --calls CALLS ANSWERS    calls the functions, one in each line
 
 #include "forces.h"
 
@@ -9,6 +10,7 @@
 #include <iterator>
 #include <map>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -24,7 +26,31 @@ static double get(const Element& e, const char* name) {
     return found == e.end() ? 0.0 : std::strtod(found->second.c_str(), nullptr);
 }
 
+// A line of calls: the function, the dimension, masses, positions and velocities of the particles, parameters. A line of answers: the
+// force on each particle.
+static void answer(const char* path, const char* target) {
+    std::ifstream calls(path);
+    std::FILE* answers = std::fopen(target, "w");
+    for (std::string line; std::getline(calls, line);) {
+        std::istringstream words(line);
+        std::string name;
+        words >> name;
+        std::vector<double> a;
+        for (double value; words >> value;) a.push_back(value);
+        if (name == "gravity" || name == "drag") {
+            const Vec f = name == "drag" ? drag({a[4], a[5]}, a[6]) : simple_gravity(a[1], {a[6], a[7]});
+            std::fprintf(answers, "%.17g %.17g\n", f.x, f.y);
+        } else {
+            const Vec xi{a[3], a[4]}, xj{a[5], a[6]}, vi{a[7], a[8]}, vj{a[9], a[10]};
+            const Vec f = name == "spring" ? spring(xi, xj, vi, vj, a[11], a[12], a[13]) : gravitation(xi, xj, a[1], a[2], a[11]);
+            std::fprintf(answers, "%.17g %.17g %.17g %.17g\n", f.x, f.y, -f.x, -f.y);
+        }
+    }
+    std::fclose(answers);
+}
+
 int main(int, char** argv) {
+    if (std::string(argv[1]) == "--calls") return answer(argv[2], argv[3]), 0;
     std::ifstream file(argv[1]);
     std::string text((std::istreambuf_iterator<char>(file)), {});
     for (std::size_t start; (start = text.find("<!--")) != std::string::npos;)

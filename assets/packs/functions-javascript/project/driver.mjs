@@ -1,7 +1,28 @@
-// Reads a scene, takes its steps with the functions of forces.mjs, and writes the trace.
+// node driver.mjs SCENE TRACE              takes the steps of a scene with the functions of forces.mjs
+// node driver.mjs --calls CALLS ANSWERS    calls the functions, one in each line
 
 import { readFileSync, writeFileSync } from "node:fs";
 import * as forces from "./forces.mjs";
+
+if (process.argv[2] === "--calls") {
+    answer(...process.argv.slice(3));
+    process.exit(0);
+}
+
+// A line of calls: the function, the dimension, masses, positions and velocities of the particles, parameters. A line of answers: the
+// force on each particle.
+function answer(path, target) {
+    const pair = ([x, y]) => [x, y, -x, -y];
+    const calls = {
+        gravity: (m, x, y, vx, vy, gx, gy) => forces.simpleGravity(m, [gx, gy]),
+        drag: (m, x, y, vx, vy, b) => forces.drag([vx, vy], b),
+        spring: (mi, mj, xi, yi, xj, yj, ui, vi, uj, vj, k, l0, b) => pair(forces.spring([xi, yi], [xj, yj], [ui, vi], [uj, vj], k, l0, b)),
+        gravitation: (mi, mj, xi, yi, xj, yj, ui, vi, uj, vj, G) => pair(forces.gravitation([xi, yi], [xj, yj], mi, mj, G)),
+    };
+    const lines = readFileSync(path, "utf8").trim().split("\n").map((line) => line.split(" "));
+    const answers = lines.map(([name, , ...numbers]) => calls[name](...numbers.map(Number)));
+    writeFileSync(target, answers.map((values) => values.join(" ") + "\n").join(""));
+}
 
 const [, , path, target] = process.argv;
 const text = readFileSync(path, "utf8").replace(/<!--[^]*?-->/g, "");

@@ -1,10 +1,31 @@
-"""Reads a scene, takes its steps with the functions of forces.py, and writes the trace."""
+"""driver.py SCENE TRACE: takes the steps of a scene with the functions of forces.py.
+driver.py --calls CALLS ANSWERS: calls the functions, one in each line."""
 
 import math
 import sys
 import xml.etree.ElementTree as ElementTree
 
 import forces
+
+
+def answer(line):
+    """The force on each particle. A line holds the function, the dimension, masses, positions and velocities of the particles, and
+    parameters."""
+    name, _, *words = line.split()
+    a = [float(word) for word in words]
+    if name == "gravity": return forces.simple_gravity(a[0], a[5:])
+    if name == "drag": return forces.drag(a[3:5], a[5])
+    points = [a[k : k + 2] for k in (2, 4, 6, 8)]
+    x, y = forces.spring(*points, *a[10:]) if name == "spring" else forces.gravitation(*points[:2], *a[:2], *a[10:])
+    return x, y, -x, -y
+
+
+if sys.argv[1] == "--calls":
+    try: answers = [answer(line) for line in open(sys.argv[2])]
+    except NotImplementedError as missing: sys.exit(print(missing, file=sys.stderr) or 77)
+    with open(sys.argv[3], "w") as file:
+        for values in answers: print(*map(repr, values), file=file)
+    sys.exit()
 
 scene = ElementTree.parse(sys.argv[1]).getroot()
 def read(element, *names): return [float(element.get(name, "0")) for name in names]

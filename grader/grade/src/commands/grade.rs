@@ -190,7 +190,9 @@ impl GradeArgs {
             recordings: reports.need_recordings(),
         };
         let scenes = Scenes::new(&progress, self.fail_fast.map(|count| count as usize));
-        let mut grading = inputs.grader(&oracle, checks, &scenes).grade(&submission, protection);
+        let mut grader = inputs.grader(&oracle, checks, &scenes);
+        grader.functions = grader.functions.filter(|_| is_whole);
+        let mut grading = grader.grade(&submission, protection);
         grading.provenance = Some(provenance);
         let (has_ended, times) = (scenes.has_ended(), scenes.times());
         drop(progress);

@@ -113,7 +113,7 @@ impl CheckArgs {
         for example in pack.examples() {
             let grading = grade(&example.folder, &name_of(example))?;
             interrupt.check("the pack was not checked to its end")?;
-            found.extend(check::example(example, &inputs.suite, &grading));
+            found.extend(check::example(pack, example, &inputs.suite, &grading));
         }
         let files = check::starting_files(pack);
         if !files.is_empty() {

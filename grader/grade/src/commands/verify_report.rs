@@ -93,7 +93,9 @@ impl VerifyReportArgs {
             is_alone: false,
             recordings: false,
         };
-        let mut grading = inputs.grader(&oracle, checks, &progress).grade(&submission, protection);
+        let mut grader = inputs.grader(&oracle, checks, &progress);
+        grader.functions = grader.functions.filter(|_| old.is_whole());
+        let mut grading = grader.grade(&submission, protection);
         if let Some(marks) = marks {
             grading.add_marks(rule, marks);
         }

@@ -51,13 +51,83 @@ fn check(folder: &Folder) -> Run {
     grade(&folder.path("."), &["pack", "check", "pack"])
 }
 
+/// Runs `grade pack check` on a pack with two examples and no fault.
+fn passes_its_check(name: &str) {
+    let run = grade(root(), &["pack", "check", name]);
+    assert_eq!(run.code, 0, "{name}: {}{}", run.stdout, run.stderr);
+    assert!(run.stdout.ends_with("2 examples, 0 faults, 0 warnings\n"), "{}", run.stdout);
+}
+
 #[needs("test -x /usr/bin/python3 && test -x /usr/bin/node && g++ --version")]
 #[test]
 fn function_packs_pass_their_own_check() {
-    for name in ["functions-python", "functions-javascript", "functions-cpp"] {
-        let run = grade(root(), &["pack", "check", name]);
-        assert_eq!(run.code, 0, "{name}: {}{}", run.stdout, run.stderr);
-        assert!(run.stdout.ends_with("2 examples, 0 faults, 0 warnings\n"), "{}", run.stdout);
+    ["functions-python", "functions-javascript", "functions-cpp"]
+        .into_iter()
+        .for_each(passes_its_check);
+}
+
+#[needs("test -d /usr/include/eigen3 && g++ --version")]
+#[test]
+#[ignore = "long: a minute of compiling"]
+fn long_fast_mass_spring_pack_passes_its_own_check() {
+    passes_its_check("fast-mass-spring");
+}
+
+/// Single mistakes in functions: each is found by its own function alone, and named.
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn functions_are_graded_one_by_one() {
+    let folder = Folder::new();
+    small_pack(&folder);
+    let right = folder.read("pack/examples/right/forces.py");
+    let graded = |text: &str| {
+        folder.write("ada.py", text);
+        let args = ["--pack", "pack", "ada.py", "--format", "json", "--no-jacobians"];
+        let run = grade(&folder.path("."), &args);
+        let report: serde_json::Value = serde_json::from_str(&run.stdout).expect(&run.stderr);
+        let features = report["features"].as_array().unwrap().clone();
+        let functions = features.into_iter().filter_map(|feature| {
+            let name = feature["group"].as_str()?.strip_prefix("functions/")?.to_owned();
+            let scene = &feature["scenes"][0];
+            let verdict = scene["verdict"].as_str()?.to_owned();
+            let message = scene["message"].as_str().unwrap_or_default().to_owned();
+            Some((name, (verdict, message, feature["points_earned"].as_f64()?)))
+        });
+        functions.collect::<BTreeMap<_, _>>()
+    };
+    let found = graded(&right);
+    assert_eq!(found.len(), 4);
+    assert!(found.values().all(|(verdict, ..)| verdict == "pass"), "{found:?}");
+    let points: f64 = found.values().map(|(.., earned)| earned).sum();
+    assert_eq!(points, 5.0);
+    let last = |name: &str, negate: &str| {
+        format!(
+            "{right}\n_right = {name}\ndef {name}(*a):\n    f = _right(*a)\n    return {negate}\n"
+        )
+    };
+    for (name, called, edit, verdict, says) in [
+        (
+            "spring",
+            "spring",
+            "[-c for c in f]",
+            "wrong-function",
+            "all of it is exactly the negative",
+        ),
+        ("drag", "drag", "[2 * c for c in f]", "wrong-function", "a factor 2 too many"),
+        ("gravitation", "gravitation", "[f[0], 0.0]", "wrong-function", "entry ("),
+        ("gravity", "simple_gravity", "1 / 0", "crashed", "ZeroDivisionError"),
+        ("spring", "spring", "exit(77)", "not-implemented", ""),
+        ("drag", "drag", "[float('nan')] * 2", "wrong-function", "finite"),
+        ("drag", "drag", "[f[0]]", "wrong-function", "1 numbers, not 2 x 1"),
+    ] {
+        for (function, (found, message, earned)) in graded(&last(called, edit)) {
+            if function == name {
+                assert_eq!((found.as_str(), earned), (verdict, 0.0), "{edit}: {message}");
+                assert!(message.contains(says), "{edit}: {message}");
+            } else {
+                assert_eq!(found, "pass", "{edit}: {function}: {message}");
+            }
+        }
     }
 }
 
@@ -106,8 +176,9 @@ fn with_scenes(folder: &Folder) {
     );
     edit(
         folder,
-        "fails = [\"Spring\", \"SpringDamping\", \"FixedParticles\", \"LinearDrag\", \"Combined\"]",
-        "fails = [\"Spring\", \"LinearDrag\"]",
+        "fails = [\"Spring\", \"SpringDamping\", \"FixedParticles\", \"LinearDrag\", \"Combined\", \
+         \"functions/spring\"]",
+        "fails = [\"Spring\", \"LinearDrag\", \"functions/spring\"]",
     );
 }
 
@@ -127,6 +198,16 @@ const FAULTS: &[Fault] = &[
         name: "unknown key",
         plant: |f| edit(f, "[run]", "[run]\nshell = true"),
         says: "unknown field `shell`",
+    },
+    Fault {
+        name: "unknown function",
+        plant: |f| edit(f, "springforce/force", "springforce/jerk"),
+        says: "springforce gives no \"jerk\"\n  help: it gives force, energy, gradient,",
+    },
+    Fault {
+        name: "functions without answers",
+        plant: |f| edit(f, ", \"{answers}\"]", "]"),
+        says: "command holds no {answers}",
     },
     Fault {
         name: "unknown table",
@@ -362,7 +443,7 @@ const FAULTS: &[Fault] = &[
     },
     Fault {
         name: "wrong program that fails elsewhere",
-        plant: |f| edit(f, ", \"LinearDrag\"]", "]"),
+        plant: |f| edit(f, ", \"LinearDrag\", ", ", "),
         says: "name these scenes in `fails` too",
     },
     Fault {
@@ -589,7 +670,8 @@ fn packages_for_platforms_hold_the_pack() {
         let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
         (run.code, report["required"]["points_earned"].to_string())
     };
-    assert_eq!(submission("right"), (0, "4.0".to_owned()));
+    // Four points of scenes, and five of functions.
+    assert_eq!(submission("right"), (0, "9.0".to_owned()));
     assert_eq!(submission("spring-pulls-wrong-way").0, 1);
 
     let run = export("prairielearn", &["--program", "/bin/true", "--image", "course/oracle"]);

@@ -129,6 +129,7 @@ impl JsonFailure {
             | Failure::Unreadable { .. }
             | Failure::GaveUp { .. }
             | Failure::BuildFailed(BuildFailure::NotKept(_))
+            | Failure::WrongFunction { .. }
             | Failure::Differs => none,
         }
     }

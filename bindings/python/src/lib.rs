@@ -26,6 +26,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(force::check_force, module)?)?;
     module.add_function(wrap_pyfunction!(scenes::forces, module)?)?;
     module.add_function(wrap_pyfunction!(scenes::integrators, module)?)?;
+    module.add_function(wrap_pyfunction!(scenes::stable_steps, module)?)?;
     module.add_function(wrap_pyfunction!(traces::read_trace, module)?)?;
     module.add_function(wrap_pyfunction!(traces::compare, module)?)
 }

@@ -524,6 +524,16 @@ pub(crate) fn forces(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
     vocabulary().forces.iter().map(force).collect()
 }
 
+/// The stable steps of an integrator on an oscillator with this damping ratio, in units of 1/ω: up to the first, and again from
+/// the second on.
+#[pyfunction]
+pub(crate) fn stable_steps(integrator: &str, damping_ratio: f64) -> PyResult<[f64; 2]> {
+    let schema = vocabulary().integrator(integrator).ok_or_else(|| {
+        PyValueError::new_err(format!("there is no integrator {integrator:?}; see integrators()"))
+    })?;
+    Ok(reference::method::stable_steps(schema.equation, damping_ratio))
+}
+
 /// The names of the integrators, with their summaries.
 #[pyfunction]
 pub(crate) fn integrators() -> Vec<(&'static str, &'static str)> {

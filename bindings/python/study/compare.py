@@ -4,12 +4,18 @@
 
 Each check gets what its user would give it. Ours: the box of the arguments. The others: three points drawn from it, at their
 defaults, and at the step that serves them best over all cases. Each is run as it is published, if it is installed: torch, scipy, JAX, and
-Ceres by ceres.cpp (`g++ -O2 -shared -fPIC -I/usr/include/eigen3 ceres.cpp -o libceres_check.so -lceres -lglog`, in this folder). Rows
-of the table that were not measured again are kept: `--peers NAME` runs one peer, in an environment that has it.
+two libraries of C++, once these are built in this folder, finite-diff with its sources in FD:
+
+    g++ -O2 -shared -fPIC -I/usr/include/eigen3 ceres.cpp -o libceres_check.so -lceres -lglog
+    g++ -O2 -shared -fPIC -I/usr/include/eigen3 -IFD finite_diff.cpp FD/finitediff.cpp -o libfinite_diff_check.so -lspdlog -lfmt
+
+Rows of the table that were not measured again are kept: `--peers NAME` runs one peer, in an environment that has it.
 """
 
 import argparse
 import collections
+import ctypes
+import functools
 import re
 import sys
 from pathlib import Path
@@ -73,13 +79,9 @@ def gradcheck(function, step):
     return all(passes(x) for x in points(function))
 
 
-def gradient_checker(function, step):
-    """Whether ceres::GradientChecker passes: Ridders' method, relative precision 1e-8 as in the solver's option of the same name."""
-    import ctypes
-
-    library = ctypes.CDLL(str(Path(__file__).with_name("libceres_check.so")))
-    numbers = ctypes.POINTER(ctypes.c_double)
-    callback = ctypes.CFUNCTYPE(None, numbers, numbers, numbers)
+def in_cpp(name, function):
+    """The library built of NAME.cpp, and the function as its callback."""
+    library = ctypes.CDLL(str(built(name)))
     m = np.size(function.f(points(function)[0]))
 
     def evaluate(x, values, jacobian):
@@ -88,10 +90,23 @@ def gradient_checker(function, step):
         if jacobian:
             np.ctypeslib.as_array(jacobian, (m, function.n))[:] = function.jac(x)
 
-    evaluate = callback(evaluate)
-    check = library.gradient_check
-    check.argtypes = [callback, ctypes.c_int, ctypes.c_int, numbers, ctypes.c_double, ctypes.c_double]
-    return all(check(evaluate, function.n, m, np.ascontiguousarray(x).ctypes.data_as(numbers), step, 1e-8) for x in points(function))
+    return library, (ctypes.CFUNCTYPE(None, *[ctypes.POINTER(ctypes.c_double)] * 3)(evaluate), function.n, m)
+
+
+def address(x):
+    return np.ascontiguousarray(x).ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def gradient_checker(function, step):
+    """Whether ceres::GradientChecker passes: Ridders' method, relative precision 1e-8 as in the solver's option of the same name."""
+    library, given = in_cpp("ceres", function)
+    return all(library.gradient_check(*given, address(x), *map(ctypes.c_double, (step, 1e-8))) for x in points(function))
+
+
+def compare_jacobian(function, step):
+    """Whether fd::compare_jacobian passes: 1e-4 of the larger of 1 and the entries."""
+    library, given = in_cpp("finite_diff", function)
+    return all(library.compare_jacobian(*given, address(x), ctypes.c_double(step)) for x in points(function))
 
 
 def check_grad(function, step):
@@ -101,42 +116,57 @@ def check_grad(function, step):
     return all(check_grad(function.f, function.jac, x, epsilon=step) <= 1e-6 * np.linalg.norm(function.jac(x)) for x in points(function))
 
 
+@functools.cache
+def traced(n, m):
+    """A function of n numbers with m values and its derivative by hand, compiled once for all of this shape, and where it looks up
+    the one that it stands for."""
+    import jax
+
+    current = []
+    values = jax.ShapeDtypeStruct((m,), np.float64)
+    matrix = jax.ShapeDtypeStruct((m, n), np.float64)
+
+    @jax.custom_jvp
+    def f(x):
+        return jax.pure_callback(lambda x: np.asarray(current[0].f(np.array(x)), dtype=float), values, x)
+
+    @f.defjvp
+    def _(primals, tangents):
+        jacobian = jax.pure_callback(lambda x: np.asarray(current[0].jac(np.array(x)), dtype=float), matrix, primals[0])
+        return f(primals[0]), jacobian @ tangents[0]
+
+    return jax.jit(f), current
+
+
 def check_grads(function, step):
+    """Whether jax.test_util.check_grads passes, forwards and backwards as by default."""
     import jax
     from jax.test_util import check_grads
 
     jax.config.update("jax_enable_x64", True)
-    m = np.size(function.f(points(function)[0]))
-    shape = jax.ShapeDtypeStruct((m,), np.float64)
-    matrix = jax.ShapeDtypeStruct((m, function.n), np.float64)
-
-    @jax.custom_jvp
-    def f(x):
-        return jax.pure_callback(lambda x: np.asarray(function.f(np.asarray(x)), dtype=float), shape, x)
-
-    @f.defjvp
-    def _(primals, tangents):
-        jacobian = jax.pure_callback(lambda x: np.asarray(function.jac(np.asarray(x)), dtype=float), matrix, primals[0])
-        return f(primals[0]), jacobian @ tangents[0]
-
+    f, current = traced(function.n, np.size(function.f(points(function)[0])))
+    current[:] = [function]
     try:
         for x in points(function):
-            check_grads(f, (x,), order=1, modes=["fwd"], eps=step)
+            check_grads(f, (x,), order=1, eps=step)
     except AssertionError:
         return False
     return True
 
 
-def ceres_is_built():
-    if not Path(__file__).with_name("libceres_check.so").exists():
+def built(name):
+    library = Path(__file__).with_name(f"lib{name}_check.so")
+    if not library.exists():
         raise ImportError
+    return library
 
 
 PEERS = [
     ("torch.autograd.gradcheck", lambda: __import__("torch"), gradcheck, 1e-6),
     ("scipy.optimize.check_grad", lambda: __import__("scipy.optimize"), check_grad, 1.4901161193847656e-08),
     ("jax.test_util.check_grads", lambda: __import__("jax"), check_grads, None),
-    ("ceres::GradientChecker", ceres_is_built, gradient_checker, 1e-2),
+    ("ceres::GradientChecker", lambda: built("ceres"), gradient_checker, 1e-2),
+    ("fd::compare_jacobian", lambda: built("finite_diff"), compare_jacobian, 1e-8),
 ]
 
 

@@ -9,15 +9,16 @@ returns its product with `v` (`products=True`). States of a trace are `positions
 choose. Units are those of the function, or of the scene.
 """
 
-from ._check import Report, check_gradient, check_hessian, check_jacobian
+from ._check import Report, by_complex_step, check_gradient, check_hessian, check_jacobian
 from ._force import ForceReport, check_force
 from ._grade import ClassReport, GradeError, GradeReport, grade, grade_class
 from ._native import SceneError, SimulationError, TraceError, __version__, forces, integrators
-from ._order import OrderReport, check_order
+from ._order import DriftReport, OrderReport, StabilityReport, check_energy, check_order, check_stability
 from ._scene import COURSE, Comparison, Scene, Trace, compare, load_trace, simulate
 
 __all__ = [
-    "COURSE", "ClassReport", "Comparison", "ForceReport", "GradeError", "GradeReport", "OrderReport", "Report", "Scene", "SceneError",
-    "SimulationError", "Trace", "TraceError", "__version__", "check_force", "check_gradient", "check_hessian", "check_jacobian",
-    "check_order", "compare", "forces", "grade", "grade_class", "integrators", "load_trace", "simulate",
+    "COURSE", "ClassReport", "Comparison", "DriftReport", "ForceReport", "GradeError", "GradeReport", "OrderReport", "Report", "Scene",
+    "SceneError", "SimulationError", "StabilityReport", "Trace", "TraceError", "__version__", "by_complex_step", "check_energy",
+    "check_force", "check_gradient", "check_hessian", "check_jacobian", "check_order", "check_stability", "compare", "forces", "grade",
+    "grade_class", "integrators", "load_trace", "simulate",
 ]  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
@@ -46,6 +46,8 @@ class Report:
     """Number of coordinates of a particle."""
     worst: dict[str, Any] | None = None
     """The entry that supports the verdict: row, column, yours, measured, bound, state, x."""
+    complex_step: float | None = None
+    """The largest difference to the derivative by complex steps, relative to its largest entry; `None` if it was not asked for."""
     matrices: tuple[np.ndarray, np.ndarray] | None = None
     """The Jacobian at the state of the worst wrong entry: as stated, and as measured where that contradicts it."""
 
@@ -53,12 +55,14 @@ class Report:
         return self.verdict.startswith("correct")
 
     def __repr__(self) -> str:
-        return self.text
+        if self.complex_step is None:
+            return self.text
+        return f"{self.text}\n  complex step: off by {self.complex_step:.1e} of the largest entry"
 
     def _repr_html_(self) -> str:
         from . import _html
 
-        return _html.block(self.verdict, self.text)
+        return _html.block(self.verdict, repr(self))
 
     def plot(self, ax: Any = None) -> Any:
         """The errors at the state of the worst entry, by matplotlib: powers of ten, with lines between blocks."""
@@ -95,12 +99,14 @@ def check_jacobian(
     block: int = 1,
     factors: Mapping[str, float] | None = None,
     properties: Sequence[str] = (),
+    complex_step: bool = False,
 ) -> Report:
     """Checks `jacobian` as the derivative of `f`, at `x` (one point, or several as rows) and in the box `domain`.
 
     Points are drawn from the box, and states on every branch are searched for in it. `block` is the number of coordinates of a
     particle, `factors` names numbers by which a derivative may be off (`{"h": 0.01}`), `properties` are of `symmetry`,
-    `translation` and `rotation`. An exception of a callback is raised, with its traceback.
+    `translation` and `rotation`. With `complex_step`, `f` takes complex numbers, and must be analytic (no `abs`, no conjugate): the
+    derivative by complex steps, exact to rounding, is one more opinion in the report. An exception of a callback is raised, with its traceback.
     """
     settings: dict[str, Any] = dict(draws=draws, search=search, seed=seed, block=block, properties=list(properties))
     settings["factors"] = list((factors or {}).items())
@@ -143,7 +149,30 @@ def check_jacobian(
             _expect(matrix.shape if matrix.ndim == 2 or 1 not in shape else shape, shape)
             return matrix.ravel()
 
-    return Report(**_native.check_jacobian(value, derivative, kind, shape, settings), block=block)
+    report = Report(**_native.check_jacobian(value, derivative, kind, shape, settings), block=block)
+    if not complex_step:
+        return report
+    units = np.eye(shape[1])
+    off = [0.0]
+    for at in (np.array(state["x"]) for state in report.states):
+        exact = by_complex_step(f, at)
+        product = (lambda: np.array([_vector(jacobian(at, unit)) for unit in units]).T) if products else lambda: _array(jacobian(at))
+        off.append(np.abs(product().reshape(shape) - exact).max() / (np.abs(exact).max() or 1.0))
+    return replace(report, complex_step=float(max(off)))
+
+
+def by_complex_step(f: Callable, x: Any) -> np.ndarray:
+    """The Jacobian of `f` by complex steps, `Im f(x + ih e) / h`: exact to rounding where `f` is analytic and takes complex numbers."""
+    x, h = _vector(x), 1e-100
+    columns = []
+    for place in range(x.size):
+        at = x.astype(complex)
+        at[place] += 1j * h
+        values = np.asarray(f(at)).ravel()
+        if not np.iscomplexobj(values):
+            raise TypeError("f returns real numbers at complex arguments: it is not written for complex steps")
+        columns.append(values.imag / h)
+    return np.array(columns).T
 
 
 def _expect(found: tuple, shape: tuple[int, int]) -> None:

@@ -59,6 +59,9 @@ def forces() -> list[dict[str, Any]]:
 def integrators() -> list[tuple[str, str]]:
     """The names of the integrators, with their summaries."""
 
+def stable_steps(integrator: str, damping_ratio: float) -> tuple[float, float]:
+    """The stable steps on an oscillator, in units of 1/ω: up to the first, and again from the second on."""
+
 def read_trace(
     path: str, scene: Scene | None, format: str | None
 ) -> tuple[np.ndarray | None, np.ndarray, np.ndarray, bool]: ...

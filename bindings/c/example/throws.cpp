@@ -1,4 +1,4 @@
-// A callback of the C interface that throws: the process ends, and says why. spring_oracle.hpp catches exceptions.
+// A callback of the C interface that throws: with so_guard, the check fails; without it, the process ends, and says why.
 #include <stdexcept>
 
 #include "spring_oracle.h"
@@ -8,5 +8,7 @@ static int throws(const double*, double*, void*) { throw std::runtime_error("min
 int main() {
     const double x[1] = {1};
     so_report report;
+    const auto guarded = so_guard<throws>::call;
+    if (so_check_jacobian(guarded, guarded, 1, 1, x, nullptr, &report) != SO_FAILED) return 1;
     return so_check_jacobian(throws, throws, 1, 1, x, nullptr, &report);
 }

@@ -4,7 +4,8 @@
  * Nothing unwinds across this interface. A callback reports a failure by a return value other than 0:
  *   SO_UNDEFINED  the function has no value at x: the point is left out
  *   SO_FAILED     the check ends, and returns SO_FAILED
- * An exception that leaves a callback ends the process, with a message; spring_oracle.hpp catches exceptions. A callback that leaves
+ * An exception that leaves a callback ends the process, with a message. In C++, so_guard<f>::call is the callback f that returns
+ * SO_FAILED in its place, and spring_oracle.hpp passes exceptions on. A callback that leaves
  * by longjmp leaves its check behind, with its memory: the next check on that thread does nothing and returns SO_JUMPED. So does a
  * check that a callback calls.
  * All functions may be called from several threads at a time.
@@ -85,5 +86,20 @@ int so_check_product(so_function f, so_product jacobian, size_t n, size_t m, con
 
 #ifdef __cplusplus
 }
+#if __cplusplus >= 201703L
+/* A callback whose exceptions are failures: so_check_jacobian(so_guard<f>::call, so_guard<jacobian>::call, ...). */
+template <auto callback>
+struct so_guard;
+template <class... Arguments, int (*callback)(Arguments...)>
+struct so_guard<callback> {
+    static int call(Arguments... arguments) noexcept {
+        try {
+            return callback(arguments...);
+        } catch (...) {
+            return SO_FAILED;
+        }
+    }
+};
+#endif
 #endif
 #endif

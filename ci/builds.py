@@ -108,8 +108,10 @@ def tried(grade, build, name, folder):
     else:
         form, call = settings.get("FORMAT", "bin"), lambda scene, trace: ["-s", scene, "-d", "0", "-o", trace]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for scene, path in scenes(source).items():
-            pool.submit(run, [*runner, program], call, environment, path, traces / f"{scene}.{form}")
+        runs = [pool.submit(run, [*runner, program], call, environment, path, traces / f"{scene}.{form}")
+                for scene, path in scenes(source).items()]
+    for each in runs:
+        each.result()
     return judge(grade, traces)
 
 

@@ -12,6 +12,9 @@ tools=target/builds-tools
 [ -d $tools ] || { python3 -m venv $tools && $tools/bin/pip install --quiet ziglang; }
 cargo build --release --locked --quiet --bin grade
 export WINEARCH=win64 WINEPREFIX=$PWD/$tools/wine WINEDEBUG=-all
+# Wine's server stays: one that ends while the next program begins takes it along.
+wineserver -p
+trap 'wineserver -k' EXIT
 wineboot --init >/dev/null 2>&1
 $tools/bin/python ci/builds.py target/release/grade
 echo "builds: passed"

@@ -46,7 +46,7 @@ grade my-program --assignment t1m3 --no-progress >report
 seconds=$(($(date +%s) - began))
 grep -aE "Score|All required" report
 echo "    verdict $seconds s after the start of the installation"
-[ "$seconds" -lt "${WHEEL_SECONDS:-60}" ]
+[ "$seconds" -lt 60 ]
 python3 -c "import spring_oracle; print(spring_oracle.__name__, spring_oracle.__version__, 'imported')"
 grade --version
 simulate --version

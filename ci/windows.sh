@@ -20,6 +20,9 @@ cp "$built/grade.exe" "$built/simulate.exe" "$work/bin"
 x86_64-w64-mingw32-gcc -O1 -shared -o "$work/bin/bcryptprimitives.dll" ci/windows/prng.c -ladvapi32
 x86_64-w64-mingw32-gcc -O1 -o "$work/bin/hangs.exe" ci/windows/hangs.c
 export WINEARCH=win64 WINEPREFIX=$work/prefix WINEDEBUG=-all
+# Wine's server stays: one that ends while the next program begins takes it along.
+wineserver -p
+trap 'wineserver -k' EXIT
 wineboot --init >/dev/null 2>&1
 repository=$PWD
 cd "$work/my work"

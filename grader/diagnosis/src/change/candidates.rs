@@ -865,6 +865,8 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
                 let words = format!("dF/dx and dF/dv {words} in the matrix");
                 add(Rule::Matrices(factor), 2, &words);
             }
+            let words = "in the matrix, dF/dx and dF/dv are multiplied by the mass, or not divided by it where all else is";
+            add(Rule::Matrices(Factor::mass(1)), 2, words);
         }
         OnePoint::Implicit => {
             add(inertia(0, 0, 1.0), 1, "the identity is in the place of M");
@@ -943,6 +945,10 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
     if method == OnePoint::Linearized {
         for (slip, words) in Slip::ALL {
             all.push(change(Rule::Solver(slip), 2, words.to_owned()));
+        }
+        for count in [2, 3] {
+            let words = format!("Newton's method makes {count} iterations, not one");
+            all.push(change(Rule::Iterations(count), 2, words));
         }
     }
     if method == OnePoint::Implicit {

@@ -593,6 +593,8 @@ pub enum Rule {
     Kept(Kept),
     /// The linear system is solved by an elimination with a slip.
     Solver(Slip),
+    /// A linearized method makes so many iterations of Newton's method.
+    Iterations(usize),
     /// Another power of the mass and another factor of `M (u − v)` on the right, with which Newton's method does not
     /// converge: it ends after this many iterations.
     Unbalanced {

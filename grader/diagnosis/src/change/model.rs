@@ -126,6 +126,8 @@ pub(super) struct Rules {
     pub(super) inertia_right: (i32, f64),
     /// Whether Jacobians are divided by the masses of their columns, not of their rows.
     pub(super) column_masses: bool,
+    /// Iterations of a linearized method.
+    pub(super) iterations: usize,
     pub(super) entries: Entries,
     pub(super) forces_at: Option<f64>,
     pub(super) jacobians_at: [Option<f64>; 2],
@@ -232,6 +234,7 @@ impl Model {
             inertia_matrix: 1,
             inertia_right: (1, 1.0),
             column_masses: false,
+            iterations: 1,
             entries: Entries::All,
             forces_at: None,
             jacobians_at: [None; 2],
@@ -435,6 +438,7 @@ impl Model {
                 }
             }
             Rule::ColumnMasses => rules.column_masses = true,
+            Rule::Iterations(count) => rules.iterations = count,
             Rule::Entries(entries) => rules.entries = entries,
             Rule::ForcesAt(c) => rules.forces_at = Some(c),
             Rule::JacobiansAt(which, c) => {

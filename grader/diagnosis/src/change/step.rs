@@ -327,7 +327,7 @@ impl Model {
     ) -> Option<bool> {
         let newton = self.rules.newton;
         let linearized = self.method == Some(OnePoint::Linearized);
-        let most = if linearized { 1 } else { newton.iterations };
+        let most = if linearized { self.rules.iterations } else { newton.iterations };
         let mut u = match newton.guess {
             _ if linearized => old.velocities.clone(),
             Guess::Old => old.velocities.clone(),
@@ -344,7 +344,7 @@ impl Model {
             }
         };
         let mut made = 0;
-        let mut reached = linearized;
+        let mut reached = linearized && most == 1;
         while made < most {
             let delta = self.update(memory, time, earlier, old, &u)?;
             made += 1;
@@ -599,7 +599,8 @@ impl Model {
     /// The residual of a step of a method with one evaluation; `None` for others, and where it does not show the step: one
     /// that depends on all before it, or a linear system that is not solved.
     pub fn residual(&self, sample: &Sample) -> Option<Residual> {
-        let shows = self.substeps == 1 && !self.remembers() && self.rules.slip.is_none();
+        let is_one_solve = self.rules.slip.is_none() && self.rules.iterations == 1;
+        let shows = self.substeps == 1 && !self.remembers() && is_one_solve;
         let method = self.method.filter(|_| shows)?;
         let delta = change(sample);
         let of_old = 1.0 - self.rules.old;

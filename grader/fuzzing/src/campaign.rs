@@ -52,7 +52,7 @@ const CANDIDATES: usize = 3;
 const TRIES: u64 = 20;
 
 /// Refusals of a feature, without a run, from which it is not drawn any more.
-const REFUSALS: u32 = 4;
+const REFUSALS: u32 = 100;
 
 /// The most scenes that are kept to be mutated.
 const MOST_KEPT: usize = 1000;
@@ -173,10 +173,15 @@ impl Memory {
         })
     }
 
-    /// How much a scene covers that few scenes did.
+    /// How much a scene covers that few scenes did, by how likely it is to run: a refusal does not say which feature is lacking.
     fn worth(&self, scene: &Scene) -> f64 {
         let of = |pair: Pair| 1.0 / (1.0 + f64::from(*self.covered.get(&pair).unwrap_or(&0)));
-        pairs(scene).into_iter().map(of).sum()
+        let covers: f64 = pairs(scene).into_iter().map(of).sum();
+        let runs = features(scene).into_iter().map(|feature| {
+            let (runs, refusals) = self.features.get(feature).copied().unwrap_or_default();
+            f64::from(runs + 1) / f64::from(runs + refusals + 1)
+        });
+        covers * runs.product::<f64>()
     }
 
     /// The scene of this number; `None` if everything that may be drawn is refused.

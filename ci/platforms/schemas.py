@@ -77,7 +77,10 @@ def pipelines():
         return print("  workflows: skipped: npm is not installed")
     workflows = [*template.glob(".github/workflows/*.yml"), *ROOT.glob(".github/workflows/*.yml")]
     for workflow in workflows:
-        ended = subprocess.run(["npx", "--yes", VALIDATOR, workflow], cwd=WORK, capture_output=True, text=True, check=False)
+        # The validator's schema is older than this permission.
+        checked = WORK / workflow.name
+        checked.write_text(workflow.read_text().replace("      attestations: write\n", ""))
+        ended = subprocess.run(["npx", "--yes", VALIDATOR, checked], cwd=WORK, capture_output=True, text=True, check=False)
         if ended.returncode and "npm error" in ended.stderr:
             return print(f"  workflows: skipped: {VALIDATOR} could not be installed")
         assert ended.returncode == 0, ended.stdout + ended.stderr

@@ -1,7 +1,7 @@
 //! The changes that a step of a scene may have: operations on each of its terms, on its integrator, on fixed particles
 //! and on the reading of the scene. The most usual come first.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
@@ -12,13 +12,14 @@ use super::edit::{self, NumberedEdit, edits};
 use super::elimination::Slip;
 use super::expression::{Expression, Function, Leaf};
 use super::forms::Forms;
+use super::gate::Gate;
 use super::helper::{self, Helper};
 use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Kept, MassAt,
-    Newton, Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start, Term,
-    Unknowns, Which,
+    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Index, Kept,
+    MassAt, Newton, Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start,
+    Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -277,6 +278,32 @@ impl NumberedForce {
     }
 }
 
+/// Some particles under a method treated otherwise.
+pub fn gated_particles(name: &'static str, gate: Gate) -> Change {
+    let what = match gate.factor {
+        0.0 => "forces are left out".to_owned(),
+        factor => format!("the forces have a factor of {}", decimal(factor)),
+    };
+    let rank = if gate.at == 0.0 || gate.measure.is_count() { 2 } else { 3 };
+    of_method(name, Rule::Gate(gate), &format!("{what} {}", gate.words(true)), rank)
+}
+
+/// Some elements of a term treated otherwise.
+pub fn gated(term: Term, quantities: &'static [Quantity], gate: Gate) -> Change {
+    let whole = factor(term, quantities, 2.0);
+    let subject = whole.words.strip_suffix(" is multiplied by 2").unwrap_or(&whole.words);
+    let what =
+        if gate.factor == 0.0 { "is left out".to_owned() } else { factor_words(gate.factor) };
+    let where_it_is = gate.words(term.schema().stencil.is_field());
+    let is_natural = gate.at == 0.0 || gate.measure.is_count();
+    Change {
+        place: whole.place,
+        words: format!("{subject} {what} {where_it_is}"),
+        effect: Effect::Gate(term, quantities, gate),
+        rank: if is_natural { 2 } else { 3 },
+    }
+}
+
 /// A block of an element's Jacobian multiplied by a number.
 pub fn scaled_block(term: Term, quantity: Quantity, place: [usize; 2], by: f64) -> Change {
     let [row, column] = place;
@@ -522,6 +549,12 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             for (read, words) in all.into_iter().flatten() {
                 add(force, &words, Effect::Read(term, read), 2);
             }
+            if term.depends_on().velocity {
+                let words = "takes fixed particles to be at rest";
+                add(force, words, Effect::Start(term, FORCE, Start::FixedAtRest), 2);
+                let words = format!("{words}{IN_JACOBIANS}");
+                add(force, &words, Effect::Start(term, &Quantity::ALL, Start::FixedAtRest), 2);
+            }
         }
         for exponent in 1..=if forms.is_some() { 12 } else { 0 } {
             let e = 10.0_f64.powi(-exponent);
@@ -593,6 +626,20 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (depends_on.velocity, Start::Velocities, "velocities"),
             (depends_on.position && depends_on.velocity, Start::Both, "positions and velocities"),
         ];
+        let of_before = [
+            (depends_on.position, Start::EarlierPositions, "positions"),
+            (depends_on.velocity, Start::EarlierVelocities, "velocities"),
+        ];
+        for (_, start, what) in of_before.into_iter().filter(|(is_read, ..)| *is_read) {
+            let words = format!("reads the {what} of the step before");
+            add(force, &words, Effect::Start(term, FORCE, start), 2);
+            let words = format!("{words}{IN_JACOBIANS}");
+            add(force, &words, Effect::Start(term, &Quantity::ALL, start), 2);
+        }
+        if depends_on.velocity && depends_on.position {
+            let rest = Effect::Start(term, BY_POSITION, Start::Rest);
+            add(Quantity::ByPosition, "is evaluated with velocities of 0", rest, 2);
+        }
         for (_, start, what) in starts.into_iter().filter(|(is_read, ..)| *is_read) {
             let words = format!("reads the {what} at the start of the step under implicit methods");
             add(force, &words, Effect::Start(term, FORCE, start), 2);
@@ -795,6 +842,8 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     let words = "the mass of a coordinate is read at the number of its particle, in a list with one for each coordinate";
     add(Rule::MassAt(MassAt::Particle), 2, words);
     add(Rule::MassAt(MassAt::First), 2, "every coordinate has the first mass");
+    let words = "masses are read as if all x came before all y, forces and velocities are not";
+    add(Rule::MassAt(MassAt::ByAxis), 2, words);
     if method != OnePoint::Explicit && method != OnePoint::Symplectic {
         let words = "the Jacobians are divided by the masses of their columns, not of their rows";
         add(Rule::ColumnMasses, 2, words);
@@ -905,6 +954,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     }
     if method == OnePoint::Linearized {
         add(Rule::StaleJacobians, 2, "the Jacobians are those of the step before");
+        add(Rule::AtRest, 2, "dF/dx is evaluated with velocities of 0");
         let words =
             "the right-hand side has h² dF/dx v as well, although forces are taken at x + h v";
         add(Rule::StiffRight, 2, words);
@@ -912,6 +962,12 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     if matches!(method, OnePoint::Explicit | OnePoint::Symplectic) {
         let words = "each particle moves before the forces on the next are evaluated";
         add(Rule::OneByOne, 2, words);
+        let terms: BTreeSet<Term> =
+            scene.forces.iter().flat_map(|element| Term::of(element.schema)).collect();
+        for term in terms.into_iter().filter(|term| term.depends_on().velocity) {
+            let words = format!("{term} acts on the velocities that the other forces give");
+            add(Rule::Split(term), 2, &words);
+        }
     }
     let right = if method == OnePoint::Explicit { [1.0, 0.0] } else { [0.0, 1.0] };
     for (rule, words) in [
@@ -945,6 +1001,15 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
     if method == OnePoint::Linearized {
         for (slip, words) in Slip::ALL {
             all.push(change(Rule::Solver(slip), 2, words.to_owned()));
+        }
+        for (exponent, central) in (1..=8).flat_map(|e| [(e, false), (e, true)]) {
+            if central && exponent > 4 {
+                continue;
+            }
+            let kind = if central { "central" } else { "forward" };
+            let words = format!("Jacobians are {kind} differences with a step of 1e-{exponent}");
+            let rule = Rule::Differences { step: 10.0_f64.powi(-exponent), central };
+            all.push(change(rule, 2, words));
         }
         for count in [2, 3] {
             let words = format!("Newton's method makes {count} iterations, not one");
@@ -1058,6 +1123,11 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
             add(Some(implicit), effect(), 1, &words);
         }
     }
+    for exponent in 3..=15 {
+        let words = format!("fixed particles are free, with a mass of 1e{exponent}");
+        let heavy = SceneRule::Heavy(10.0_f64.powi(exponent));
+        add(None, Effect::Scene(heavy), 2, &words);
+    }
     add(
         None,
         rule(FixedRule::Stand),
@@ -1165,6 +1235,51 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             add(reading, SceneRule::NotLastForce { even_alone }, 1, words.to_owned());
         }
     }
+    let of_edges = scene.edges.iter().flat_map(|edge| edge.particles).max().unwrap_or(0);
+    let of_elements =
+        scene.forces.iter().flat_map(|element| element.edge.iter().chain(&element.particles));
+    let of_all = of_elements.copied().fold(of_edges, usize::max);
+    for (index, from, words) in [
+        (Index::FirstDigit, 10, "only the first digit of a number is read"),
+        (Index::LastDigit, 10, "only the last digit of a number is read"),
+        (Index::Byte, 256, "a number is kept in one byte"),
+        (Index::Less, 1, "numbers are taken to start at 1"),
+    ] {
+        for (highest, is_of_all, what) in
+            [(of_all, true, "particles and edges"), (of_edges, false, "the particles of edges")]
+        {
+            if highest >= from {
+                let words = format!("of the numbers of {what}: {words}");
+                add(reading, SceneRule::Indices(index, is_of_all), 2, words);
+            }
+        }
+    }
+    let is_known = |place: usize| {
+        let [i, j] = scene.edges[place].particles;
+        let mut before = scene.edges[..place].iter();
+        before.any(|edge| edge.particles == [i, j] || edge.particles == [j, i])
+    };
+    if (0..scene.edges.len()).any(is_known) {
+        let words =
+            "a second edge between two particles is left out, and later ones are renumbered";
+        for is_clamped in [false, true] {
+            add(reading, SceneRule::UniqueEdges { is_clamped }, 2, words.to_owned());
+        }
+    }
+    if scene.forces.len() > 1 {
+        for (quantities, what) in [
+            (BY_POSITION, "dF/dx of every force between particles is"),
+            (BY_VELOCITY, "dF/dv of every force between particles is"),
+            (JACOBIANS, "both Jacobians of every force between particles are"),
+        ] {
+            for (is_own, blocks) in
+                [(false, "blocks"), (true, "the blocks of a particle by itself")]
+            {
+                let words = format!("{what} assigned to {blocks}, not added");
+                add(Place::Helpers, SceneRule::AssignedByAll(quantities, is_own), 2, words);
+            }
+        }
+    }
     let mut tags: Vec<&'static str> = Vec::new();
     for element in &scene.forces {
         if !tags.contains(&element.schema.tag) {
@@ -1206,10 +1321,6 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let words = format!("{tag} has no effect where {} is 0", parameter.name);
                 left_out(Which::Zero(parameter.name), words);
             }
-        }
-        if of_it().any(|element| !element.particles.is_empty()) {
-            let words = format!("{tag} between a fixed and another particle is left out");
-            left_out(Which::Joined, words);
         }
         if of_it().count() > 1 {
             let words = format!("each {tag} has the parameters of the first");
@@ -1296,6 +1407,11 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             {
                 let words = format!("{tag} uses {name} = 1 where it is not given");
                 add(place, SceneRule::Default(tag, name, 1.0), 2, words);
+            }
+            let given = of_it().skip_while(|element| element.parameter(name) == 0.0);
+            if given.skip(1).any(|element| element.parameter(name) == 0.0) {
+                let words = format!("{tag} without {name} takes that of the element before");
+                add(place, SceneRule::Carried(tag, name), 2, words);
             }
             let others = schema.parameters.iter().filter(is_of_scene);
             for other in others.filter(|other| other.name != name) {

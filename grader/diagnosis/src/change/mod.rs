@@ -20,6 +20,7 @@ pub mod edit;
 pub mod elimination;
 pub mod expression;
 pub mod forms;
+pub mod gate;
 pub mod helper;
 mod memory;
 mod model;
@@ -37,6 +38,7 @@ use simulator::force;
 
 use elimination::Slip;
 use expression::Expression;
+use gate::Gate;
 use helper::Helper;
 pub use memory::Memory;
 pub use model::{Model, Sample};
@@ -78,6 +80,11 @@ impl Term {
         let mut kinds = force::REGISTRY.iter();
         let kind = kinds.find(|kind| kind.schema.tag == self.tag);
         &kind.unwrap_or_else(|| panic!("{} is no registered force", self.tag)).schema
+    }
+
+    /// Whether it is this term, or the whole force that this one is a part of.
+    pub(crate) fn includes(self, term: Self) -> bool {
+        self == term || self.part.is_empty() && self.tag == term.tag
     }
 
     fn depends_on(self) -> Dependence {
@@ -133,13 +140,20 @@ impl Change {
                 scene.integrator.name == *name
             }
             // A method in the place of another has its mistakes there.
-            (Effect::Method(name, _), _) => {
-                scene.integrator.name == *name || SUBSTITUTES.contains(name)
+            (Effect::Method(name, rule), _) => {
+                let is_there = match rule {
+                    Rule::Split(term) => has(term),
+                    _ => true,
+                };
+                is_there && (scene.integrator.name == *name || SUBSTITUTES.contains(name))
             }
             (
                 Effect::Fixed(_)
                 | Effect::Scene(
-                    SceneRule::Unfixed | SceneRule::Unjoined | SceneRule::OneFixed { .. },
+                    SceneRule::Unfixed
+                    | SceneRule::Heavy(_)
+                    | SceneRule::Unjoined
+                    | SceneRule::OneFixed { .. },
                 ),
                 place,
             ) => {
@@ -153,7 +167,11 @@ impl Change {
                 };
                 concerned && scene.particles.iter().any(|particle| particle.fixed)
             }
-            (Effect::Start(..), Place::Force(term)) => has(&term) && implicit(),
+            (Effect::Start(_, _, start), Place::Force(term)) => {
+                use Start::{Both, Positions, Velocities};
+                let is_at_the_end = matches!(start, Positions | Velocities | Both);
+                has(&term) && (implicit() || !is_at_the_end)
+            }
             (_, Place::Force(term)) => has(&term),
             _ => true,
         }
@@ -272,8 +290,10 @@ pub enum Effect {
     Masses(Term, &'static [Quantity], MassAt),
     /// How the coordinates of its particles are read.
     Read(Term, Read),
-    /// What some quantities of a term read from the start of a step.
+    /// What some quantities of a term read in the place of their arguments.
     Start(Term, &'static [Quantity], Start),
+    /// Some elements of a term or of all parts of a force, of a field some particles, have a factor of their own.
+    Gate(Term, &'static [Quantity], Gate),
     /// A coefficient or rule of an integrator.
     Method(&'static str, Rule),
     /// Fixed particles.
@@ -292,6 +312,7 @@ impl Effect {
         match self {
             Self::Factor(_, quantities, _)
             | Self::Start(_, quantities, _)
+            | Self::Gate(_, quantities, _)
             | Self::Masses(_, quantities, _) => quantities,
             Self::Formula(_, quantity, _)
             | Self::Blocks(_, quantity, _)
@@ -499,7 +520,7 @@ pub enum Read {
     SecondCopied(usize, usize),
 }
 
-/// What a force reads from the start of a step in the place of its arguments.
+/// What a force reads in the place of its arguments, most of it from the start of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     /// Positions.
@@ -508,6 +529,16 @@ pub enum Start {
     Velocities,
     /// Both.
     Both,
+    /// Velocities of the step before, at the positions of its arguments.
+    EarlierVelocities,
+    /// Positions of the step before.
+    EarlierPositions,
+    /// Velocities that are zero.
+    Rest,
+    /// The velocities, those of fixed particles zero.
+    FixedAtRest,
+    /// Of an explicit method: the velocities that the other forces give.
+    OtherForces,
 }
 
 /// A length that is never zero.
@@ -530,6 +561,8 @@ pub enum MassAt {
     Particle,
     /// 0.
     First,
+    /// That of its particle, where coordinates are stored axis after axis: all x, then all y.
+    ByAxis,
 }
 
 /// The entries of a step's matrix that its solver reads.
@@ -593,6 +626,19 @@ pub enum Rule {
     Kept(Kept),
     /// The linear system is solved by an elimination with a slip.
     Solver(Slip),
+    /// dF/dx is evaluated with velocities of 0.
+    AtRest,
+    /// Of an explicit method: a force acts on the velocities that the other forces give.
+    Split(Term),
+    /// Jacobians are quotients of differences of the forces, with this step.
+    Differences {
+        /// The step.
+        step: f64,
+        /// Whether it is made to both sides.
+        central: bool,
+    },
+    /// Forces and Jacobians on some particles have a factor of their own.
+    Gate(Gate),
     /// A linearized method makes so many iterations of Newton's method.
     Iterations(usize),
     /// Another power of the mass and another factor of `M (u − v)` on the right, with which Newton's method does not
@@ -738,6 +784,19 @@ pub enum Unknowns {
     Axis(usize),
 }
 
+/// What is taken for the number of a particle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Index {
+    /// Its last digit.
+    LastDigit,
+    /// Its first digit.
+    FirstDigit,
+    /// Its lowest byte.
+    Byte,
+    /// One less; of the first, itself.
+    Less,
+}
+
 /// A scene read wrongly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneRule {
@@ -798,6 +857,9 @@ pub enum SceneRule {
     /// The blocks of an element's Jacobian overwrite those of elements before it, in the order of the file; those of each
     /// part also those of the parts before it, if so.
     Assigned(&'static str, Quantity, bool),
+    /// The blocks of an element's Jacobians overwrite those of elements of all forces before it; those of each particle by
+    /// itself alone, if so.
+    AssignedByAll(&'static [Quantity], bool),
     /// The same of the block of the particle at this place by itself, or of one entry of it.
     AssignedOwn(&'static str, Quantity, usize, Option<[usize; 2]>),
     /// Each element acts on the particles of the one before it.
@@ -806,6 +868,17 @@ pub enum SceneRule {
     OneFixed {
         /// The last one.
         last: bool,
+    },
+    /// Fixed particles are free, and have this mass.
+    Heavy(f64),
+    /// A parameter that is not given, or 0, is that of the element of its force before.
+    Carried(&'static str, &'static str),
+    /// The numbers of the particles of edges are read wrongly; if so, so are those of all elements and edges.
+    Indices(Index, bool),
+    /// An edge between the particles of an earlier one is left out, so that later ones have other numbers.
+    UniqueEdges {
+        /// Elements of an edge that is not there act on the last one; otherwise they have no effect.
+        is_clamped: bool,
     },
     /// Fixed particles are free.
     Unfixed,

@@ -1,5 +1,6 @@
 //! The terms of a scene's steps, with changes made to them.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock};
 
@@ -11,12 +12,13 @@ use scene::{self, ForceElement, Parameters, Scene};
 use super::elimination::Slip;
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
+use super::gate::{Gate, Measure, Measured};
 use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Kept, MassAt,
-    Newton, Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start, Term,
-    Unknowns, Which,
+    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Index, Kept,
+    MassAt, Newton, Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start,
+    Term, Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -59,29 +61,46 @@ pub(super) struct Point {
     pub(super) time: f64,
     /// The positions and velocities at the start of the step.
     pub(super) start: [Vec<f64>; 2],
+    /// Those at the start of the step before, where a term reads them.
+    pub(super) earlier: Option<[Vec<f64>; 2]>,
+    /// The velocities that other forces give, where a term reads them.
+    pub(super) given: Vec<f64>,
 }
 
 impl Point {
     /// The start of a step.
     pub(super) fn new(x: &[f64], v: &[f64], time: f64) -> Self {
         let (x, v) = (x.to_vec(), v.to_vec());
-        Self { start: [x.clone(), v.clone()], x, v, time }
+        Self { start: [x.clone(), v.clone()], x, v, time, earlier: None, given: Vec::new() }
     }
 
     /// The positions and velocities that a term reads.
-    fn read(&self, from: Option<Start>) -> [&[f64]; 2] {
+    fn read(&self, from: Option<Start>, fixed: &[bool]) -> [Cow<'_, [f64]>; 2] {
         let [x, v] = &self.start;
-        match from {
-            None => [&self.x, &self.v],
+        let [x_earlier, v_earlier] = self.earlier.as_ref().unwrap_or(&self.start);
+        let rest = |(v, at_rest): (&f64, bool)| if at_rest { 0.0 } else { *v };
+        let [x, v] = match from {
+            Some(Start::EarlierPositions) => [x_earlier, &self.v],
+            Some(Start::EarlierVelocities) => [&self.x, v_earlier],
+            Some(Start::OtherForces) => [&self.x, &self.given],
             Some(Start::Positions) => [x, &self.v],
             Some(Start::Velocities) => [&self.x, v],
             Some(Start::Both) => [x, v],
-        }
+            Some(Start::Rest) => return [(&self.x).into(), vec![0.0; self.v.len()].into()],
+            Some(Start::FixedAtRest) => {
+                let v = self.v.iter().zip(fixed.iter().copied()).map(rest);
+                return [(&self.x).into(), v.collect()];
+            }
+            None => [&self.x, &self.v],
+        };
+        [x.into(), v.into()]
     }
 }
 
 #[derive(Clone)]
 struct Element {
+    /// Its place in the scene's list of forces.
+    place: usize,
     /// None in a field.
     particles: scene::Particles,
     parameters: Parameters,
@@ -107,12 +126,15 @@ struct Evaluation {
 #[derive(Clone)]
 pub(super) struct TermModel {
     pub(super) term: Term,
-    elements: Vec<Element>,
+    elements: Arc<[Element]>,
     evaluations: [Evaluation; 3],
     /// The Jacobians are the derivatives of the force's formula.
     derived: bool,
     softening: Option<Softening>,
     read: Option<Read>,
+    gate: Option<(&'static [Quantity], Gate)>,
+    /// The one element that acts, and in a field the one particle.
+    only: Option<(usize, Option<usize>)>,
     /// The law of a force without a formula.
     law: Option<Arc<Laws>>,
 }
@@ -126,6 +148,10 @@ pub(super) struct Rules {
     pub(super) inertia_right: (i32, f64),
     /// Whether Jacobians are divided by the masses of their columns, not of their rows.
     pub(super) column_masses: bool,
+    /// The step of differences in the place of Jacobians, and whether they are central.
+    pub(super) differences: Option<(f64, bool)>,
+    /// Particles on which forces have a factor of their own.
+    pub(super) gate: Option<Gate>,
     /// Iterations of a linearized method.
     pub(super) iterations: usize,
     pub(super) entries: Entries,
@@ -133,6 +159,8 @@ pub(super) struct Rules {
     pub(super) jacobians_at: [Option<f64>; 2],
     pub(super) stale: bool,
     pub(super) stale_jacobians: bool,
+    /// Whether dF/dx is evaluated with velocities of 0.
+    pub(super) at_rest: bool,
     pub(super) kept: Option<Kept>,
     pub(super) slip: Option<Slip>,
     pub(super) one_by_one: bool,
@@ -234,12 +262,15 @@ impl Model {
             inertia_matrix: 1,
             inertia_right: (1, 1.0),
             column_masses: false,
+            differences: None,
+            gate: None,
             iterations: 1,
             entries: Entries::All,
             forces_at: None,
             jacobians_at: [None; 2],
             stale: false,
             stale_jacobians: false,
+            at_rest: false,
             kept: None,
             slip: None,
             one_by_one: false,
@@ -350,6 +381,11 @@ impl Model {
         }
     }
 
+    /// Number of axes.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
     /// Number of terms.
     pub fn n_terms(&self) -> usize {
         self.terms.len()
@@ -394,10 +430,10 @@ impl Model {
             | Effect::Particles(term, ..)
             | Effect::Masses(term, ..)
             | Effect::Read(term, _)
+            | Effect::Gate(term, ..)
             | Effect::Start(term, ..)) => {
-                if let Some(model) = self.terms.iter_mut().find(|model| model.term == *term) {
-                    model.make(effect);
-                }
+                let of_it = self.terms.iter_mut().filter(|model| term.includes(model.term));
+                of_it.for_each(|model| model.make(effect));
             }
         }
     }
@@ -434,10 +470,13 @@ impl Model {
                     *own = match index {
                         MassAt::Particle => mass[dof / self.dimension],
                         MassAt::First => mass[0],
+                        MassAt::ByAxis => mass[dof % self.scene.particles.len() * self.dimension],
                     };
                 }
             }
             Rule::ColumnMasses => rules.column_masses = true,
+            Rule::Differences { step, central } => rules.differences = Some((step, central)),
+            Rule::Gate(gate) => rules.gate = Some(gate),
             Rule::Iterations(count) => rules.iterations = count,
             Rule::Entries(entries) => rules.entries = entries,
             Rule::ForcesAt(c) => rules.forces_at = Some(c),
@@ -451,6 +490,13 @@ impl Model {
             }
             Rule::Stale => rules.stale = true,
             Rule::StaleJacobians => rules.stale_jacobians = true,
+            Rule::AtRest => rules.at_rest = true,
+            Rule::Split(term) => {
+                let mut terms = self.terms.iter_mut();
+                if let Some(model) = terms.find(|model| model.term == term) {
+                    model.evaluations[0].start = Some(Start::OtherForces);
+                }
+            }
             Rule::Kept(kept) => rules.kept = Some(kept),
             Rule::OneByOne => rules.one_by_one = true,
             Rule::StiffRight => rules.stiff_right = true,
@@ -490,6 +536,39 @@ impl Model {
         sum
     }
 
+    /// The elements of a term, those of a field on each particle: each alone, with its number by each measure at this point.
+    pub(super) fn each_piece(
+        &self,
+        term: usize,
+        measures: &[Measure],
+        at: &Point,
+    ) -> Vec<(TermModel, Vec<Option<f64>>)> {
+        let model = &self.terms[term];
+        let of = |element: &Element, particles: &[usize], particle: Option<usize>| {
+            let state = |each: usize| [self.vector(&at.x, each), self.vector(&at.v, each)];
+            let place = element.place;
+            let measured =
+                Measured { scene: &self.scene, place: Some(place), particles, state: &state };
+            let values = measures.iter().map(|measure| measure.of(&measured)).collect();
+            let only = Some((place, particle));
+            let elements: Arc<[Element]> = match &model.law {
+                None => Arc::new([element.clone()]),
+                Some(_) => Arc::clone(&model.elements),
+            };
+            (TermModel { only, elements, ..model.clone() }, values)
+        };
+        let mut all = Vec::new();
+        for element in &*model.elements {
+            match element.particles.is_empty() {
+                true => all.extend(
+                    (0..self.scene.particles.len()).map(|one| of(element, &[one], Some(one))),
+                ),
+                false => all.push(of(element, &element.particles, None)),
+            }
+        }
+        all
+    }
+
     /// The term that a change is made in, if the scene has it: its number, and itself with the change made.
     pub(super) fn changed(&self, change: &Change) -> Option<(usize, TermModel)> {
         let term = match &change.effect {
@@ -503,6 +582,7 @@ impl Model {
             | Effect::Particles(term, ..)
             | Effect::Masses(term, ..)
             | Effect::Read(term, _)
+            | Effect::Gate(term, ..)
             | Effect::Start(term, ..) => *term,
             Effect::Method(..)
             | Effect::Fixed(_)
@@ -582,7 +662,7 @@ impl Model {
 
     fn add_force(&self, model: &TermModel, at: &Point, sum: &mut [f64]) {
         let evaluation = &model.evaluations[0];
-        let [x, v] = at.read(evaluation.start);
+        let [x, v] = &at.read(evaluation.start, &self.fixed);
         let most = model.n_coordinates(0, sum.len(), self.dimension);
         let factor = |particle: usize| {
             evaluation.factor.of(self.scene.time_step, self.scene.particles[particle].mass)
@@ -602,6 +682,10 @@ impl Model {
             if let Some(ends) = evaluation.ends {
                 ends.change(particles, forces);
             }
+            let weight = self.gate_factor(model, Quantity::Force, element, particles, [x, v]);
+            if weight == 0.0 {
+                return;
+            }
             for (place, (particle, force)) in particles.iter().zip(forces).enumerate() {
                 let is_slipped = place == 1 && evaluation.ends == Some(Ends::SecondAtIndex);
                 let first = if is_slipped { *particle } else { particle * self.dimension };
@@ -611,7 +695,7 @@ impl Model {
                         None => *force = Vector3::zeros(),
                     }
                 }
-                add_at(first, *particle, *force);
+                add_at(first, *particle, *force * weight);
             }
         };
         if let Some(law) = &model.law {
@@ -623,7 +707,7 @@ impl Model {
             return;
         }
         let Some(formula) = &evaluation.formula else { return };
-        for element in &model.elements {
+        for element in &*model.elements {
             let on = |pair: [usize; 2]| {
                 formula
                     .value(&self.inputs(model, element, pair, [x, v], evaluation.masses))
@@ -649,10 +733,17 @@ impl Model {
     ) {
         let place = usize::from(quantity == Quantity::ByVelocity);
         let evaluation = &model.evaluations[1 + place];
-        let [x, v] = at.read(evaluation.start);
+        let [x, v] = &at.read(evaluation.start, &self.fixed);
         let factor =
             |row: usize| evaluation.factor.of(self.scene.time_step, self.scene.particles[row].mass);
         let mut put = |element: &Element, row: usize, column: usize, block: Matrix3<f64>| {
+            let pair = [row, column];
+            let particles =
+                if element.particles.is_empty() { &pair[..1] } else { &element.particles };
+            let weight = self.gate_factor(model, quantity, element, particles, [x, v]);
+            if weight == 0.0 {
+                return;
+            }
             let mut block = evaluation.axes.map_or(block, |axes| axes.of_matrix(block));
             for (_, entry) in
                 element.lost.blocks[place].iter().filter(|(at, _)| *at == [row, column])
@@ -662,7 +753,7 @@ impl Model {
                     None => return,
                 }
             }
-            add(row, column, &(block * factor(row)));
+            add(row, column, &(block * (factor(row) * weight)));
         };
         if model.derived {
             self.each_derived_block(model, quantity, [x, v], &mut put);
@@ -696,7 +787,7 @@ impl Model {
             return;
         }
         let Some(formula) = &evaluation.formula else { return };
-        for element in &model.elements {
+        for element in &*model.elements {
             let of = |pair: [usize; 2]| {
                 formula
                     .value(&self.inputs(model, element, pair, [x, v], evaluation.masses))
@@ -726,7 +817,7 @@ impl Model {
         };
         let masses = *masses;
         let by_velocity = quantity == Quantity::ByVelocity;
-        for element in &model.elements {
+        for element in &*model.elements {
             let block = |inputs: &Inputs, side: usize, sign: f64| {
                 let column = |axis: usize| {
                     let mut along = Direction::default();
@@ -751,6 +842,58 @@ impl Model {
                 let inputs = self.inputs(model, element, [particle; 2], at, masses);
                 put(element, particle, particle, block(&inputs, 0, 1.0));
             }
+        }
+    }
+
+    /// Whether a term reads such values in the place of its arguments.
+    pub(super) fn reads(&self, is_it: impl Fn(Start) -> bool + Copy) -> bool {
+        self.terms.iter().any(|model| model.reads(is_it))
+    }
+
+    /// The term that reads the velocities that other forces give.
+    pub(super) fn reads_given(&self) -> Option<Term> {
+        let is_it = |model: &&TermModel| model.start() == Some(Start::OtherForces);
+        self.terms.iter().find(is_it).map(|model| model.term)
+    }
+
+    /// A particle at a point, as the element of a field.
+    pub(super) fn at_particle<T>(
+        &self,
+        at: &Point,
+        particle: usize,
+        then: impl FnOnce(&Measured<'_>) -> T,
+    ) -> T {
+        then(&Measured {
+            scene: &self.scene,
+            place: None,
+            particles: &[particle],
+            state: &|particle| [self.vector(&at.x, particle), self.vector(&at.v, particle)],
+        })
+    }
+
+    /// The factor that an element's value has beside others of its force.
+    fn gate_factor(
+        &self,
+        model: &TermModel,
+        quantity: Quantity,
+        element: &Element,
+        particles: &[usize],
+        [x, v]: [&[f64]; 2],
+    ) -> f64 {
+        if let Some((place, particle)) = model.only {
+            let is_it = place == element.place && particle.is_none_or(|one| particles == [one]);
+            return f64::from(u8::from(is_it));
+        }
+        match model.gate {
+            Some((quantities, gate)) if quantities.contains(&quantity) => {
+                gate.factor_of(&Measured {
+                    scene: &self.scene,
+                    place: Some(element.place),
+                    particles,
+                    state: &|particle| [self.vector(x, particle), self.vector(v, particle)],
+                })
+            }
+            _ => 1.0,
         }
     }
 
@@ -789,6 +932,8 @@ impl Model {
             None => particle,
             Some(MassAt::Particle) => particle / self.dimension,
             Some(MassAt::First) => 0,
+            // A force reads one mass for all axes: it has no other place for it.
+            Some(MassAt::ByAxis) => particle,
         };
         Inputs {
             parameters: element.parameters.clone(),
@@ -803,6 +948,16 @@ impl Model {
 }
 
 impl TermModel {
+    /// What its force reads in the place of its arguments.
+    pub(super) fn start(&self) -> Option<Start> {
+        self.evaluations[0].start
+    }
+
+    /// Whether one of its values reads such values.
+    pub(super) fn reads(&self, is_it: impl Fn(Start) -> bool) -> bool {
+        self.evaluations.iter().filter_map(|evaluation| evaluation.start).any(is_it)
+    }
+
     /// The number of coordinates, from the first on, in which its value of this number acts.
     fn n_coordinates(&self, value: usize, all: usize, dimension: usize) -> usize {
         match self.evaluations[value].particles {
@@ -845,6 +1000,7 @@ impl TermModel {
                 }
             }
             Effect::Read(_, read) => self.read = Some(*read),
+            Effect::Gate(_, quantities, gate) => self.gate = Some((quantities, *gate)),
             Effect::Start(_, quantities, start) => {
                 for quantity in *quantities {
                     self.evaluations[index(*quantity)].start = Some(*start);
@@ -892,30 +1048,38 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                 }
             }
         }
-        let (SceneRule::Overwrites(tag, ..)
-        | SceneRule::Assigned(tag, ..)
-        | SceneRule::AssignedOwn(tag, ..)) = rule
-        else {
-            continue;
+        let of = match rule {
+            SceneRule::Overwrites(tag, ..)
+            | SceneRule::Assigned(tag, ..)
+            | SceneRule::AssignedOwn(tag, ..) => Some(tag),
+            SceneRule::AssignedByAll(..) => None,
+            _ => continue,
         };
         for (number, element) in scene.forces.iter().enumerate() {
-            if element.schema.tag != tag {
+            if of.is_some_and(|tag| element.schema.tag != tag) {
                 continue;
             }
             let before = &mut all[..number];
-            let blocks = match rule {
+            let (quantities, blocks): (&[Quantity], _) = match rule {
                 SceneRule::Assigned(_, quantity, _) => {
-                    Some((quantity, whole(blocks_of(scene, element))))
+                    (&[quantity], whole(blocks_of(scene, element)))
+                }
+                SceneRule::AssignedByAll(quantities, is_own) if !element.particles.is_empty() => {
+                    let mut blocks = blocks_of(scene, element);
+                    blocks.retain(|[row, column]| !is_own || row == column);
+                    (quantities, whole(blocks))
                 }
                 SceneRule::AssignedOwn(_, quantity, place, entry) => {
-                    Some((quantity, vec![([element.particles[place]; 2], entry)]))
+                    (&[quantity], vec![([element.particles[place]; 2], entry)])
                 }
-                _ => None,
+                _ => (&[], Vec::new()),
             };
-            if let Some((quantity, blocks)) = blocks {
-                let place = usize::from(quantity == Quantity::ByVelocity);
-                before.iter_mut().for_each(|lost| lost.blocks[place].extend(&blocks));
-                continue;
+            for quantity in quantities {
+                let place = usize::from(*quantity == Quantity::ByVelocity);
+                let depends_on = element.schema.depends_on();
+                if [depends_on.position, depends_on.velocity][place] {
+                    before.iter_mut().for_each(|lost| lost.blocks[place].extend(&blocks));
+                }
             }
             let (particles, axis) = match (&element.particles[..], rule) {
                 ([first, ..], SceneRule::Overwrites(_, Ends::First, axis)) => (vec![*first], axis),
@@ -936,6 +1100,17 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
 /// Each without a component or entry of its own.
 fn whole<T, U>(all: Vec<T>) -> Vec<(T, Option<U>)> {
     all.into_iter().map(|one| (one, None)).collect()
+}
+
+impl Index {
+    fn of(self, number: usize) -> usize {
+        match self {
+            Self::LastDigit => number % 10,
+            Self::FirstDigit => number / 10_usize.pow(number.checked_ilog10().unwrap_or(0)),
+            Self::Byte => number % 256,
+            Self::Less => number.saturating_sub(1),
+        }
+    }
 }
 
 impl Which {
@@ -999,9 +1174,10 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
     };
     let model = |term: Term| {
         let of_it = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
-        let elements = scene.forces.iter().zip(&lost);
-        let elements = elements.filter(|(element, _)| element.schema.tag == term.tag);
-        let elements = elements.map(|(element, lost)| Element {
+        let elements = scene.forces.iter().zip(&lost).enumerate();
+        let elements = elements.filter(|(_, (element, _))| element.schema.tag == term.tag);
+        let elements = elements.map(|(place, (element, lost))| Element {
+            place,
             particles: element.particles.clone(),
             parameters: element.parameters.clone(),
             lost: {
@@ -1046,6 +1222,8 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             derived: false,
             softening: None,
             read: None,
+            gate: None,
+            only: None,
             law: forms.is_none().then(law),
         }
     };
@@ -1303,6 +1481,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         SceneRule::LeftOut { .. }
         | SceneRule::Overwrites(..)
         | SceneRule::Assigned(..)
+        | SceneRule::AssignedByAll(..)
         | SceneRule::AssignedOwn(..) => {}
         SceneRule::OneFixed { last } => {
             let fixed = |particle: &scene::Particle| particle.fixed;
@@ -1313,6 +1492,55 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             for (number, particle) in scene.particles.iter_mut().enumerate() {
                 particle.fixed = Some(number) == kept;
             }
+        }
+        SceneRule::Heavy(mass) => {
+            for particle in scene.particles.iter_mut().filter(|particle| particle.fixed) {
+                (particle.fixed, particle.mass) = (false, mass);
+            }
+        }
+        SceneRule::Carried(tag, name) => {
+            let mut before = 0.0;
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let value = element.parameter_mut(name);
+                *value = if *value == 0.0 { before } else { *value };
+                before = *value;
+            }
+        }
+        SceneRule::Indices(index, is_of_all) => {
+            let (last, last_edge) = (scene.particles.len() - 1, scene.edges.len().max(1) - 1);
+            let of = |particles: &mut [usize]| {
+                particles.iter_mut().for_each(|one| *one = index.of(*one).min(last));
+            };
+            scene.edges.iter_mut().for_each(|edge| of(&mut edge.particles));
+            for element in &mut scene.forces {
+                match element.edge {
+                    Some(edge) => {
+                        let edge = if is_of_all { index.of(edge).min(last_edge) } else { edge };
+                        element.particles = scene.edges[edge].particles.into();
+                    }
+                    None if is_of_all => of(&mut element.particles),
+                    None => {}
+                }
+            }
+        }
+        SceneRule::UniqueEdges { is_clamped } => {
+            let mut edges: Vec<scene::Edge> = Vec::new();
+            for edge in &scene.edges {
+                let [i, j] = edge.particles;
+                let is_known =
+                    |known: &scene::Edge| known.particles == [i, j] || known.particles == [j, i];
+                if !edges.iter().any(is_known) {
+                    edges.push(edge.clone());
+                }
+            }
+            let is_there = |edge: usize| is_clamped || edge < edges.len();
+            scene.forces.retain(|element| element.edge.is_none_or(is_there));
+            for element in &mut scene.forces {
+                if let Some(edge) = element.edge {
+                    element.particles = edges[edge.min(edges.len() - 1)].particles.into();
+                }
+            }
+            scene.edges = edges;
         }
         SceneRule::Unfixed => {
             scene.particles.iter_mut().for_each(|particle| particle.fixed = false);

@@ -11,9 +11,10 @@ use nalgebra::{DMatrix, DVector};
 use scene::schema::Convergence;
 use scene::trace::State;
 
+use super::gate::Measure;
 use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
-use super::{Change, Factor, Guess, Hold, Norm, Quantity, Unknowns};
+use super::{Change, Factor, Guess, Hold, Norm, Quantity, Start, Term, Unknowns};
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
 /// A step of implicit Euler whose Newton iteration needs more than this is not reproducible: where it ends depends on
@@ -254,8 +255,12 @@ impl Model {
         old: &State,
         state: &mut State,
     ) {
-        let at = self.force_point(time, earlier, old, &old.velocities);
-        let force = memory.force(self.rules.kept, self.force(&at));
+        let mut at = self.force_point(time, earlier, old, &old.velocities);
+        if let Some(term) = self.reads_given() {
+            at.given = self.given_by_others(&at, term);
+        }
+        let mut force = memory.force(self.rules.kept, self.force(&at));
+        self.gate(&at, &mut force);
         for (dof, velocity) in state.velocities.iter_mut().enumerate() {
             if !self.is_held(dof) {
                 let given = self.force_coefficient(self.mass[dof]) * force[dof];
@@ -275,7 +280,8 @@ impl Model {
         let standard = if self.is_implicit() { 1.0 } else { 0.0 };
         let of = if self.rules.stale { earlier.unwrap_or(old) } else { old };
         let u = if self.rules.stale { &of.velocities } else { u };
-        self.point(time, of, u, self.rules.forces_at.unwrap_or(standard))
+        let at = self.point(time, of, u, self.rules.forces_at.unwrap_or(standard));
+        self.with_others(at, earlier)
     }
 
     /// `x + c h u`.
@@ -289,7 +295,25 @@ impl Model {
         }
         let time = if self.is_implicit() { time + self.h } else { time };
         let start = [old.positions.clone(), old.velocities.clone()];
-        Point { x, v: u.to_vec(), time, start }
+        Point { x, v: u.to_vec(), time, start, earlier: None, given: Vec::new() }
+    }
+
+    /// The same point, with what terms read in the place of its values.
+    fn with_others(&self, mut at: Point, earlier: Option<&State>) -> Point {
+        if self.reads(|start| matches!(start, Start::EarlierPositions | Start::EarlierVelocities)) {
+            at.earlier = earlier.map(|state| [state.positions.clone(), state.velocities.clone()]);
+        }
+        at
+    }
+
+    /// The velocities that all forces but those of a term give, in an explicit step.
+    fn given_by_others(&self, at: &Point, term: Term) -> Vec<f64> {
+        let force = self.force_without(at, Some(term));
+        let given = |(dof, v): (usize, &f64)| match self.is_held(dof) {
+            true => *v,
+            false => v + self.force_coefficient(self.mass[dof]) * force[dof] / self.mass[dof],
+        };
+        at.v.iter().enumerate().map(given).collect()
     }
 
     /// The point at which a Jacobian is evaluated for the velocities `u`. `None` in the first step of
@@ -308,7 +332,11 @@ impl Model {
             _ => (old, u),
         };
         let at = self.rules.jacobians_at[usize::from(quantity == Quantity::ByVelocity)];
-        Some(self.point(time, of, u, at.unwrap_or(1.0)))
+        let mut at = self.point(time, of, u, at.unwrap_or(1.0));
+        if self.rules.at_rest && quantity == Quantity::ByPosition {
+            at.v.fill(0.0);
+        }
+        Some(self.with_others(at, earlier))
     }
 
     fn matrix_coefficients(&self, mass: f64) -> [f64; 2] {
@@ -383,12 +411,23 @@ impl Model {
         u: &[f64],
     ) -> Option<Vec<f64>> {
         let kept = self.rules.kept;
-        let force = memory.force(kept, self.force(&self.force_point(time, earlier, old, u)));
+        let at = self.force_point(time, earlier, old, u);
+        let mut force = memory.force(kept, self.force(&at));
+        self.gate(&at, &mut force);
         let size = u.len();
         let jacobian = |quantity: Quantity| {
             let at = self.jacobian_point(quantity, time, earlier, old, u);
             let none = || DMatrix::zeros(size, size);
-            at.map_or_else(none, |at| self.jacobian(quantity, &at))
+            at.map_or_else(none, |at| {
+                let mut jacobian = match self.rules.differences {
+                    Some(differences) => self.differences(quantity, &at, differences),
+                    None => self.jacobian(quantity, &at),
+                };
+                jacobian.column_iter_mut().for_each(|mut column| {
+                    self.gate(&at, column.as_mut_slice());
+                });
+                jacobian
+            })
         };
         let both = [Quantity::ByPosition, Quantity::ByVelocity].map(jacobian);
         let [k, b] = memory.jacobians(kept, both);
@@ -424,6 +463,44 @@ impl Model {
             Some(slip) => slip.solve(matrix, right),
         };
         delta.iter().all(|value| value.is_finite()).then(|| delta.data.into())
+    }
+
+    /// The Jacobian by differences of the forces: step, and whether it is made to both sides.
+    fn differences(
+        &self,
+        quantity: Quantity,
+        at: &Point,
+        (step, central): (f64, bool),
+    ) -> DMatrix<f64> {
+        let size = at.x.len();
+        let moved = |column: usize, by: f64| {
+            let mut at = at.clone();
+            let values = if quantity == Quantity::ByVelocity { &mut at.v } else { &mut at.x };
+            values[column] += by;
+            self.force(&at)
+        };
+        let base = self.force(at);
+        let mut matrix = DMatrix::zeros(size, size);
+        for column in 0..size {
+            let ahead = moved(column, step);
+            let (behind, width) = match central {
+                true => (&moved(column, -step), 2.0 * step),
+                false => (&base, step),
+            };
+            for row in 0..size {
+                matrix[(row, column)] = (ahead[row] - behind[row]) / width;
+            }
+        }
+        matrix
+    }
+
+    /// Gives the values on some particles a factor of their own.
+    fn gate(&self, at: &Point, values: &mut [f64]) {
+        let Some(gate) = self.rules.gate else { return };
+        for (particle, values) in values.chunks_mut(self.dimension).enumerate() {
+            let factor = self.at_particle(at, particle, |measured| gate.factor_of(measured));
+            values.iter_mut().for_each(|value| *value *= factor);
+        }
     }
 
     /// Clears the rows, columns and right-hand sides of fixed particles.
@@ -549,14 +626,69 @@ impl Model {
         Some((number, sum))
     }
 
+    /// The pieces of which some quantities of a term consist, its elements or those of a field on each particle: what each
+    /// contributes to `r`, and its number by each of these measures.
+    pub fn pieces(
+        &self,
+        term: usize,
+        quantities: &[Quantity],
+        measures: &[Measure],
+        sample: &Sample,
+    ) -> Vec<(Vec<f64>, Vec<Option<f64>>)> {
+        let Some(at) = quantities.first().and_then(|first| self.evaluated_at(*first, sample))
+        else {
+            return Vec::new();
+        };
+        let each = self.each_piece(term, measures, &at).into_iter().map(|(model, values)| {
+            let mut sum = vec![0.0; self.mass.len()];
+            for quantity in quantities {
+                let value = self.contribution_of(&model, *quantity, sample);
+                sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+            }
+            (sum, values)
+        });
+        each.collect()
+    }
+
+    /// What all forces on each particle contribute to `r`, with its number by each of these measures.
+    pub fn particle_pieces(
+        &self,
+        measures: &[Measure],
+        sample: &Sample,
+    ) -> Vec<(Vec<f64>, Vec<Option<f64>>)> {
+        let Some(at) = self.evaluated_at(Quantity::Force, sample) else { return Vec::new() };
+        let mut sum = vec![0.0; self.mass.len()];
+        for (term, quantity) in self.quantities() {
+            let value = self.contribution(term, quantity, sample);
+            sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+        }
+        let of = |particle: usize| {
+            let first = particle * self.dimension;
+            let mut own = vec![0.0; sum.len()];
+            let range = first..first + self.dimension;
+            own[range.clone()].copy_from_slice(&sum[range]);
+            let values = self.at_particle(&at, particle, |measured| {
+                measures.iter().map(|measure| measure.of(measured)).collect()
+            });
+            (own, values)
+        };
+        (0..self.scene.particles.len()).map(of).collect()
+    }
+
     fn contribution_of(&self, model: &TermModel, quantity: Quantity, sample: &Sample) -> Vec<f64> {
         let linearized = self.method == Some(OnePoint::Linearized);
         if quantity != Quantity::Force && !linearized {
             return vec![0.0; self.mass.len()];
         }
-        let Some(at) = self.evaluated_at(quantity, sample) else {
+        let Some(mut at) = self.evaluated_at(quantity, sample) else {
             return vec![0.0; self.mass.len()];
         };
+        if model.start() == Some(Start::OtherForces) {
+            at.given = self.given_by_others(&at, model.term);
+        }
+        if let Some(State { positions, velocities, .. }) = &sample.earlier {
+            at.earlier = Some([positions.clone(), velocities.clone()]);
+        }
         let mut delta = change(sample);
         if self.rules.stiff_right && quantity == Quantity::ByPosition {
             delta.iter_mut().zip(&sample.before.velocities).for_each(|(delta, v)| *delta += v);
@@ -580,6 +712,7 @@ impl Model {
             };
             *value *= if is_by_columns { mass } else { 1.0 };
         }
+        self.gate(&at, &mut value);
         value
     }
 
@@ -599,7 +732,9 @@ impl Model {
     /// The residual of a step of a method with one evaluation; `None` for others, and where it does not show the step: one
     /// that depends on all before it, or a linear system that is not solved.
     pub fn residual(&self, sample: &Sample) -> Option<Residual> {
-        let is_one_solve = self.rules.slip.is_none() && self.rules.iterations == 1;
+        let rules = &self.rules;
+        let is_one_solve =
+            rules.slip.is_none() && rules.differences.is_none() && rules.iterations == 1;
         let shows = self.substeps == 1 && !self.remembers() && is_one_solve;
         let method = self.method.filter(|_| shows)?;
         let delta = change(sample);

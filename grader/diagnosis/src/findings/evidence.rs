@@ -125,6 +125,11 @@ impl<'a> SceneEvidence<'a> {
         Samples { limits: self.limits, steps: clear.take(self.limits.first).collect() }
     }
 
+    /// All sampled steps.
+    pub(super) fn all_samples(&self) -> Samples<'_> {
+        Samples { limits: self.limits, steps: self.evidence.iter().collect() }
+    }
+
     /// Whether `model` makes the sampled step, after the steps of `memory`.
     fn agrees(&self, model: &Model, memory: &mut Memory, evidence: &Evidence) -> Agreement {
         let Evidence { sample, noise, .. } = evidence;

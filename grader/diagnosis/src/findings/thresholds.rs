@@ -89,6 +89,8 @@ thresholds! {
     accidental: f64 = 1e-4,
     /// Fitted factors below this are no finding: a scene of few forces determines them by its rounding.
     tiny: f64 = 1e-6,
+    /// Rules on some elements of a force that one scene allows, and that are compared with the others.
+    gates: usize = 24,
     /// Coordinates of the largest scenes in which numbers in formulas are looked for.
     numbered: usize = 40,
 }

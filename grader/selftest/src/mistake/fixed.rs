@@ -25,6 +25,7 @@ fn under_any_method() -> Vec<Mistake> {
         }),
         of.mistake("exerts no force on the particles it is joined to", |s| s.read = unjoin),
         of.mistake("treated as free", |s| s.read = free),
+        of.mistake("free, with a mass of 1e6", |s| s.read = heavy),
     ]
 }
 
@@ -37,6 +38,12 @@ fn unjoin(scene: &mut Scene) {
 fn free(scene: &mut Scene) {
     for particle in &mut scene.particles {
         particle.fixed = false;
+    }
+}
+
+fn heavy(scene: &mut Scene) {
+    for particle in scene.particles.iter_mut().filter(|particle| particle.fixed) {
+        (particle.fixed, particle.mass) = (false, 1e6);
     }
 }
 

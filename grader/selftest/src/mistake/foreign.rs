@@ -40,6 +40,10 @@ fn in_forces() -> Vec<Mistake> {
         spring.law("limited to a force of 1", |pair, p| {
             -(p["k"] * (pair.l() - p["l0"])).clamp(-1.0, 1.0) * pair.n()
         }),
+        spring.law("no force within 0.02 of the rest length", |pair, p| {
+            let stretch = pair.l() - p["l0"];
+            if stretch.abs() < 0.02 { Vec2::zeros() } else { -p["k"] * stretch * pair.n() }
+        }),
         spring.law("the direction by the sum of components", |pair, p| {
             let d = pair.d();
             -p["k"] * (pair.l() - p["l0"]) * d / (d.x.abs() + d.y.abs())
@@ -63,6 +67,10 @@ fn in_forces() -> Vec<Mistake> {
         gravitation.law("softened by 0.05", |pair, p| {
             -p["G"] * pair.m[0] * pair.m[1] / (pair.l().powi(2) + 0.0025) * pair.n()
         }),
+        gravitation.law("no attraction beyond 1.5", |pair, p| {
+            let strength = p["G"] * pair.m[0] * pair.m[1] / pair.l().powi(2);
+            if pair.l() > 1.5 { Vec2::zeros() } else { -strength * pair.n() }
+        }),
         vortex.law("turned by 80 degrees", |pair, p| {
             let (sin, cos) = 80.0_f64.to_radians().sin_cos();
             let turn = Mat2::new(cos, -sin, sin, cos);
@@ -76,6 +84,9 @@ fn in_forces() -> Vec<Mistake> {
             if body.number == 0 { drag(body, p) } else { 0.9 * drag(body, p) }
         }),
         drag_force.law("saturates", |body, p| drag(body, p) / (1.0 + body.v.norm())),
+        drag_force.law("none on slow particles", |body, p| {
+            if body.v.norm() < 0.25 { Vec2::zeros() } else { drag(body, p) }
+        }),
         gravity.law("only on particles with an even number", |body, p| {
             if body.number % 2 == 0 { simple_gravity(body, p) } else { Vec2::zeros() }
         }),

@@ -9,6 +9,7 @@
 //! A function of the scenes, of what is known of them already, and of the [`Thresholds`]: the same input has the same causes
 //! on every machine. A choice between changes that explain the same is made again once another cause is known.
 
+mod gates;
 mod residuals;
 mod weigh;
 
@@ -212,6 +213,7 @@ impl<'a> Search<'a> {
             kinds.push(kind);
             is_new
         });
+        let mut gates = gates::Known::default();
         for pairs in [false, true] {
             let mut weighed: Vec<Weighed> = Vec::new();
             let mut most = if pairs { self.limits.tried / 2 } else { self.limits.tried };
@@ -232,7 +234,10 @@ impl<'a> Search<'a> {
                 self.spent += cost;
                 let mut survivors: Vec<Vec<Change>> = match pairs {
                     false => {
-                        let found = survivors(&scene, made, &self.time_steps);
+                        let mut found = survivors(&scene, made, &self.time_steps);
+                        let all = &self.scenes;
+                        found.extend(gates::of_scene(number, all, made, &mut gates, self.limits));
+                        found.sort_by_key(|change| change.rank);
                         found.into_iter().map(|change| vec![change]).collect()
                     }
                     true => {

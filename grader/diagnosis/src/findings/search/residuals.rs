@@ -5,7 +5,7 @@
 
 use crate::change::candidates::{self, Numbered, NumberedForce};
 use crate::change::round_changes;
-use crate::change::{Change, Effect, Model, Place, Quantity, Term};
+use crate::change::{Change, Effect, Model, Place, Quantity, Sample, Term};
 use rayon::prelude::*;
 
 use crate::findings::evidence::{Agreement, Samples, SceneEvidence};
@@ -129,7 +129,7 @@ fn numbered_in_terms(model: &Model, samples: &Samples<'_>) -> Vec<Change> {
 }
 
 /// The residuals of sampled steps.
-struct Base<'a> {
+pub(super) struct Base<'a> {
     model: &'a Model,
     samples: &'a Samples<'a>,
     /// For each sample, the residual and its bound.
@@ -138,7 +138,7 @@ struct Base<'a> {
 
 impl<'a> Base<'a> {
     /// `None` where positions or fixed particles are wrong: no term is to blame then.
-    fn of(model: &'a Model, samples: &'a Samples<'a>) -> Option<Self> {
+    pub(super) fn of(model: &'a Model, samples: &'a Samples<'a>) -> Option<Self> {
         let mut residuals = Vec::new();
         for evidence in samples.iter() {
             let residual = model.residual(&evidence.sample)?;
@@ -151,6 +151,11 @@ impl<'a> Base<'a> {
             residuals.push((residual.momentum, samples.limits.left * v * residual.stiffness));
         }
         Some(Self { model, samples, residuals })
+    }
+
+    /// Each sample with its residual and the bound of that.
+    pub(super) fn each(&self) -> impl Iterator<Item = (&Sample, &(Vec<f64>, f64))> {
+        self.samples.iter().map(|evidence| &evidence.sample).zip(&self.residuals)
     }
 
     fn is_cancelled(&self, change: &Change) -> bool {
@@ -338,7 +343,8 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         | Effect::Ends(term, _)
         | Effect::Length(term, _)
         | Effect::Read(term, _) => Some((*term, Quantity::Force)),
-        Effect::Method(..)
+        Effect::Gate(..)
+        | Effect::Method(..)
         | Effect::Fixed(_)
         | Effect::Helper(_)
         | Effect::Scene(_)

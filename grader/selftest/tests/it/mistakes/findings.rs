@@ -86,6 +86,39 @@ pub(super) fn is_of(finding: &Finding, planted: Feature) -> bool {
     })
 }
 
+/// The number in a guard is between those that the scenes tell apart.
+#[test]
+fn guards_of_forces_are_named_with_their_numbers() {
+    let inputs = Inputs::of("t1m3");
+    let all: Vec<Mistake> = mistake::all().into_iter().chain(mistake::foreign()).collect();
+    let expected = [
+        (
+            "no force within 0.02 of the rest length",
+            "springforce's elastic force is left out where its length is less than 0.02 off l0",
+        ),
+        (
+            "no attraction beyond 1.5",
+            "gravitationalforce is left out where its particles are more than 1.5 apart",
+        ),
+        (
+            "none on slow particles",
+            "dragdamping is left out where the speed of a particle is smaller than 0.25",
+        ),
+        (
+            "only on particles with an even number",
+            "simplegravity is left out for particles with an odd number (counted from 0)",
+        ),
+        ("free, with a mass of 1e6", "fixed particles are free, with a mass of 1e6"),
+    ];
+    let found = expected.map(|(description, _)| {
+        let planted = all.iter().find(|mistake| mistake.description == description);
+        let list = inputs.grade(&planted.expect("a mistake").student()).findings.list;
+        let sentences: Vec<String> = list.iter().map(Finding::sentence).collect();
+        (description, sentences.join("; "))
+    });
+    assert_eq!(found, expected.map(|(description, sentence)| (description, sentence.to_owned())));
+}
+
 const ASSIGNMENTS: [&str; 2] = ["elastodynamics", "fast-mass-spring"];
 
 #[test]

@@ -102,7 +102,7 @@ fn counts(outcomes: &[(String, Outcome, Vec<String>)]) -> [usize; 3] {
 }
 
 /// `docs/internals.md` states these counts.
-const COUNTS: [usize; 3] = [56, 9, 4];
+const COUNTS: [usize; 3] = [57, 9, 3];
 
 #[test]
 fn sampled_mistakes_are_named_by_their_task() {

@@ -1,6 +1,7 @@
 //! What the text, the JSON report and the pages say of one program, and how short the default text is.
 
 use needs::needs;
+use test_support::sample;
 
 use crate::folder::{Folder, words};
 use crate::student;
@@ -108,8 +109,20 @@ fn text_json_and_pages_say_the_same_of_every_scene() {
 
 #[needs("command -v cc")]
 #[test]
-fn the_default_text_is_short_and_ends_with_what_to_do() {
-    for limits in ["", LIMITED] {
+fn sampled_default_text_is_short_and_ends_with_what_to_do() {
+    assert_short(1);
+}
+
+#[needs("command -v cc")]
+#[test]
+#[ignore = "long: ten seconds"]
+fn long_default_texts_are_short_and_end_with_what_to_do() {
+    assert_short(usize::MAX);
+}
+
+/// Checks the text of so many programs.
+fn assert_short(count: usize) {
+    for limits in sample(["", LIMITED], count) {
         let folder = mistaken(limits, TRANSPOSED);
         let run = folder.grade(&["my-simulator", "--assignment", "t1m3"]);
         let lines: Vec<&str> = run.stdout.lines().collect();

@@ -84,7 +84,19 @@ const PAIRS: [&str; 3] = ["springforce", "gravitationalforce", "dragdamping"];
 
 #[needs("command -v c++")]
 #[test]
-fn a_correct_program_of_a_milestone_earns_all_its_points() {
+fn a_correct_program_of_a_sampled_milestone_earns_all_its_points() {
+    assert_all_points(1);
+}
+
+#[needs("command -v c++")]
+#[test]
+#[ignore = "long: ten seconds"]
+fn long_a_correct_program_of_each_milestone_earns_all_its_points() {
+    assert_all_points(usize::MAX);
+}
+
+/// Grades a correct program of so many milestones.
+fn assert_all_points(count: usize) {
     let folder = tempfile::tempdir().unwrap();
     let first: Vec<&str> = PAIRS.into_iter().chain(["vortexforce"]).collect();
     let milestones = [
@@ -94,7 +106,7 @@ fn a_correct_program_of_a_milestone_earns_all_its_points() {
         // The vortex comes with the starter code.
         ("t1m3", &METHODS[..], &["nothing"], true),
     ];
-    for (name, integrators, refused, extra) in sample(milestones, 2) {
+    for (name, integrators, refused, extra) in sample(milestones, count) {
         let submission = folder.path().join(format!("{name}-{}", integrators.len()));
         student(&submission, integrators, refused, "");
         let (code, report) = grade(&submission, &["--assignment", name]);

@@ -13,9 +13,11 @@ pub(crate) struct Run {
     pub(crate) stderr: String,
 }
 
-/// `grade` with these arguments, in a folder.
+/// `grade` with these arguments, in a folder. It finds the system's programs first: a `python3` elsewhere may be a slow
+/// script that looks for one.
 pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_grade"));
+    command.env("PATH", format!("/usr/bin:{}", std::env::var("PATH").unwrap_or_default()));
     command.current_dir(folder).args(arguments).env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
     command
 }

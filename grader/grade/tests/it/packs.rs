@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use needs::needs;
-use test_support::root;
+use test_support::{root, sample};
 
 use crate::folder::{Folder, Run, grade};
 
@@ -28,7 +28,7 @@ fn rows(folder: &Folder) -> BTreeMap<String, (String, String)> {
 
 /// Output of a Python script in a folder.
 fn python(folder: &Path, script: &str) {
-    let mut child = Command::new("python3")
+    let mut child = Command::new("/usr/bin/python3")
         .current_dir(folder)
         .arg("-")
         .stdin(Stdio::piped())
@@ -39,9 +39,27 @@ fn python(folder: &Path, script: &str) {
     assert!(child.wait().unwrap().success());
 }
 
+/// Removes all submissions of a class but a sample of `count`, and those that start with one of `always`. Yields the
+/// number of those left.
+fn draw_class(folder: &Folder, always: &[&str], count: usize) -> usize {
+    let entries = fs::read_dir(folder.path("class")).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    let n_names = names.len();
+    names.retain(|name| !always.iter().any(|start| name.starts_with(start)));
+    let dropped = sample(names.clone(), names.len().saturating_sub(count));
+    dropped.iter().for_each(|name| remove(folder, &format!("class/{name}")));
+    n_names - dropped.len()
+}
+
 /// A copy of the pack of functions in Python, with some scenes of its own.
 fn small_pack(folder: &Folder) {
-    let name = "functions-python";
+    small_copy(folder, "functions-python");
+}
+
+/// A copy of a pack of functions, with some scenes of its own.
+fn small_copy(folder: &Folder, name: &str) {
     let copied = Command::new("cp").arg("-r").arg(pack(name)).arg(folder.path("pack")).status();
     assert!(copied.unwrap().success());
     with_scenes(folder);
@@ -51,32 +69,55 @@ fn check(folder: &Folder) -> Run {
     grade(&folder.path("."), &["pack", "check", "pack"])
 }
 
-/// Runs `grade pack check` on a pack with two examples and no fault.
-fn passes_its_check(name: &str) {
-    let run = grade(root(), &["pack", "check", name]);
-    assert_eq!(run.code, 0, "{name}: {}{}", run.stdout, run.stderr);
+/// Asserts that a check found two examples and no fault.
+fn assert_passed(run: &Run) {
+    assert_eq!(run.code, 0, "{}{}", run.stdout, run.stderr);
     assert!(run.stdout.ends_with("2 examples, 0 faults, 0 warnings\n"), "{}", run.stdout);
+}
+
+const FUNCTION_PACKS: [&str; 3] = ["functions-python", "functions-javascript", "functions-cpp"];
+
+#[needs("test -x /usr/bin/python3 && test -x /usr/bin/node && g++ --version")]
+#[test]
+fn sampled_function_pack_with_few_scenes_passes_its_own_check() {
+    for name in sample(FUNCTION_PACKS, 1) {
+        let folder = Folder::new();
+        small_copy(&folder, name);
+        assert_passed(&check(&folder));
+    }
 }
 
 #[needs("test -x /usr/bin/python3 && test -x /usr/bin/node && g++ --version")]
 #[test]
-fn function_packs_pass_their_own_check() {
-    ["functions-python", "functions-javascript", "functions-cpp"]
-        .into_iter()
-        .for_each(passes_its_check);
+#[ignore = "long: half a minute"]
+fn long_function_packs_pass_their_own_check() {
+    for name in FUNCTION_PACKS {
+        assert_passed(&grade(root(), &["pack", "check", name]));
+    }
 }
 
 #[needs("test -d /usr/include/eigen3 && g++ --version")]
 #[test]
 #[ignore = "long: a minute of compiling"]
 fn long_fast_mass_spring_pack_passes_its_own_check() {
-    passes_its_check("fast-mass-spring");
+    assert_passed(&grade(root(), &["pack", "check", "fast-mass-spring"]));
 }
 
-/// Single mistakes in functions: each is found by its own function alone, and named.
 #[needs("test -x /usr/bin/python3")]
 #[test]
-fn functions_are_graded_one_by_one() {
+fn sampled_functions_are_graded_one_by_one() {
+    assert_graded_one_by_one(3);
+}
+
+#[needs("test -x /usr/bin/python3")]
+#[test]
+#[ignore = "long: ten seconds"]
+fn long_functions_are_graded_one_by_one() {
+    assert_graded_one_by_one(usize::MAX);
+}
+
+/// Plants so many single mistakes in functions: each is found by its own function alone, and named.
+fn assert_graded_one_by_one(count: usize) {
     let folder = Folder::new();
     small_pack(&folder);
     let right = folder.read("pack/examples/right/forces.py");
@@ -105,7 +146,7 @@ fn functions_are_graded_one_by_one() {
             "{right}\n_right = {name}\ndef {name}(*a):\n    f = _right(*a)\n    return {negate}\n"
         )
     };
-    for (name, called, edit, verdict, says) in [
+    let mistakes = [
         (
             "spring",
             "spring",
@@ -119,7 +160,8 @@ fn functions_are_graded_one_by_one() {
         ("spring", "spring", "exit(77)", "not-implemented", ""),
         ("drag", "drag", "[float('nan')] * 2", "wrong-function", "finite"),
         ("drag", "drag", "[f[0]]", "wrong-function", "1 numbers, not 2 x 1"),
-    ] {
+    ];
+    for (name, called, edit, verdict, says) in sample(mistakes, count) {
         for (function, (found, message, earned)) in graded(&last(called, edit)) {
             if function == name {
                 assert_eq!((found.as_str(), earned), (verdict, 0.0), "{edit}: {message}");
@@ -131,12 +173,8 @@ fn functions_are_graded_one_by_one() {
     }
 }
 
-/// A fault of a pack: how it is planted, and what the check says.
-struct Fault {
-    name: &'static str,
-    plant: fn(&Folder),
-    says: &'static str,
-}
+/// A fault of a pack: its name, how it is planted, and what the check says.
+type Fault = (&'static str, fn(&Folder), &'static str);
 
 /// Replaces text in the manifest.
 fn edit(folder: &Folder, old: &str, new: &str) {
@@ -152,11 +190,17 @@ fn append(folder: &Folder, text: &str) {
 
 /// Gives the pack scenes of its own.
 fn with_scenes(folder: &Folder) {
-    for name in ["assets/Spring", "assets/LinearDrag", "expected/Spring", "expected/LinearDrag"] {
-        let from = root().join(name);
-        let to = folder.path("pack").join(name);
-        fs::create_dir_all(to.parent().unwrap()).unwrap();
-        assert!(Command::new("cp").arg("-r").arg(from).arg(to).status().unwrap().success());
+    for scene in [
+        "Spring/compressed-strut-explicit",
+        "Spring/shearing-pair-symplectic",
+        "LinearDrag/three-weights-explicit",
+        "LinearDrag/sinking-dumbbell-symplectic",
+    ] {
+        for file in [format!("assets/{scene}.xml"), format!("expected/{scene}.csv")] {
+            let to = folder.path("pack").join(&file);
+            fs::create_dir_all(to.parent().unwrap()).unwrap();
+            fs::copy(root().join(file), to).unwrap();
+        }
     }
     for name in ["manifest.toml", "envelopes.toml"] {
         fs::copy(root().join("expected").join(name), folder.path("pack/expected").join(name))
@@ -188,216 +232,176 @@ fn remove(folder: &Folder, path: &str) {
 }
 
 const FAULTS: &[Fault] = &[
-    Fault {
-        name: "no manifest",
-        plant: |f| remove(f, "pack/pack.toml"),
-        says: "there is no pack.toml",
-    },
-    Fault { name: "syntax", plant: |f| edit(f, "title = ", "title "), says: "pack.toml:4:7" },
-    Fault {
-        name: "unknown key",
-        plant: |f| edit(f, "[run]", "[run]\nshell = true"),
-        says: "unknown field `shell`",
-    },
-    Fault {
-        name: "unknown function",
-        plant: |f| edit(f, "springforce/force", "springforce/jerk"),
-        says: "springforce gives no \"jerk\"\n  help: it gives force, energy, gradient,",
-    },
-    Fault {
-        name: "functions without answers",
-        plant: |f| edit(f, ", \"{answers}\"]", "]"),
-        says: "command holds no {answers}",
-    },
-    Fault {
-        name: "unknown table",
-        plant: |f| append(f, "\n[limit]\nwall = 1\n"),
-        says: "unknown field `limit`",
-    },
-    Fault { name: "no title", plant: |f| edit(f, "title = ", "#"), says: "missing field `title`" },
-    Fault {
-        name: "no run",
-        plant: |f| edit(f, "[run]\ncommand", "[build]\ncommands"),
-        says: "pack.toml:",
-    },
-    Fault {
-        name: "no files",
-        plant: |f| edit(f, "files = [\"forces.py\"]", "files = []"),
-        says: "files names none",
-    },
-    Fault {
-        name: "absolute pattern",
-        plant: |f| edit(f, "files = [\"forces.py\"", "files = [\"/etc/*\""),
-        says: "not a path below the project",
-    },
-    Fault {
-        name: "pattern that leads out",
-        plant: |f| edit(f, "files = [\"forces.py\"", "files = [\"../*\""),
-        says: "not a path below the project",
-    },
-    Fault {
-        name: "need that is never taken",
-        plant: |f| edit(f, "needs = [\"forces.py\"]", "needs = [\"main.py\"]"),
-        says: "\"main.py\" is needed, but never taken",
-    },
-    Fault {
-        name: "no scene in the command",
-        plant: |f| edit(f, "{scene}", "scene.xml"),
-        says: "command holds no {scene}",
-    },
-    Fault {
-        name: "no trace in the command",
-        plant: |f| edit(f, "\"{trace}\"", "\"trace.csv\""),
-        says: "command holds no {trace}",
-    },
-    Fault {
-        name: "no program in the command",
-        plant: |f| edit(f, "\"python3\", ", "\"\", "),
-        says: "command names no program",
-    },
-    Fault {
-        name: "empty build command",
-        plant: |f| append(f, "\n[build]\ncommands = [[]]\n"),
-        says: "commands names no program",
-    },
-    Fault {
-        name: "unknown format",
-        plant: |f| edit(f, "[run]", "[run]\nformat = \"json\""),
-        says: "unknown variant `json`",
-    },
-    Fault {
-        name: "readable that is missing",
-        plant: |f| edit(f, "[run]", "[run]\nreadable = [\"data\"]"),
-        says: "data: No such file",
-    },
-    Fault {
-        name: "no starter code",
-        plant: |f| append(f, "\n[starter]\nfolder = \"starter\"\nhelp = \"fetch it\"\n"),
-        says: "there is no starter code\n  help: fetch it",
-    },
-    Fault {
-        name: "unknown assignment",
-        plant: |f| edit(f, "\"t1m2\"", "\"t9m9\""),
-        says: "there is no assignment \"t9m9\"",
-    },
-    Fault {
-        name: "example that is missing",
-        plant: |f| remove(f, "pack/examples/right"),
-        says: "there is no example",
-    },
-    Fault {
-        name: "pattern of an example without scenes",
-        plant: |f| edit(f, "fails = [\"Spring\"", "fails = [\"Sprong\""),
-        says: "nothing matches \"Sprong\"",
-    },
-    Fault {
-        name: "points that do not add up",
-        plant: |f| edit(f, "assignment =", "points = 100\nassignment ="),
-        says: "promises 100 required points",
-    },
-    Fault {
-        name: "feature without points",
-        plant: |f| f.write("pack/rubric.toml", "[[feature]]\ngroup = \"Spring\"\npoints = 0\n"),
-        says: "is required, and has no points",
-    },
-    Fault {
-        name: "rubric of an unknown group",
-        plant: |f| f.write("pack/rubric.toml", "[[feature]]\ngroup = \"Sprong\"\npoints = 2\n"),
-        says: "matches no scene",
-    },
-    Fault {
-        name: "rubric with a negative number",
-        plant: |f| f.write("pack/rubric.toml", "[default]\npoints = -1\n"),
-        says: "rubric.toml:2",
-    },
-    Fault {
-        name: "driver that a hand-in replaces",
-        plant: |f| edit(f, "files = [\"forces.py\"", "files = [\"*.py\""),
-        says: "a hand-in can replace driver.py",
-    },
-    Fault {
-        name: "trace among the files of the build",
-        plant: |f| {
+    ("no manifest", |f| remove(f, "pack/pack.toml"), "there is no pack.toml"),
+    ("syntax", |f| edit(f, "title = ", "title "), "pack.toml:4:7"),
+    ("unknown key", |f| edit(f, "[run]", "[run]\nshell = true"), "unknown field `shell`"),
+    (
+        "unknown function",
+        |f| edit(f, "springforce/force", "springforce/jerk"),
+        "springforce gives no \"jerk\"\n  help: it gives force, energy, gradient,",
+    ),
+    (
+        "functions without answers",
+        |f| edit(f, ", \"{answers}\"]", "]"),
+        "command holds no {answers}",
+    ),
+    ("unknown table", |f| append(f, "\n[limit]\nwall = 1\n"), "unknown field `limit`"),
+    ("no title", |f| edit(f, "title = ", "#"), "missing field `title`"),
+    ("no run", |f| edit(f, "[run]\ncommand", "[build]\ncommands"), "pack.toml:"),
+    ("no files", |f| edit(f, "files = [\"forces.py\"]", "files = []"), "files names none"),
+    (
+        "absolute pattern",
+        |f| edit(f, "files = [\"forces.py\"", "files = [\"/etc/*\""),
+        "not a path below the project",
+    ),
+    (
+        "pattern that leads out",
+        |f| edit(f, "files = [\"forces.py\"", "files = [\"../*\""),
+        "not a path below the project",
+    ),
+    (
+        "need that is never taken",
+        |f| edit(f, "needs = [\"forces.py\"]", "needs = [\"main.py\"]"),
+        "\"main.py\" is needed, but never taken",
+    ),
+    ("no scene in the command", |f| edit(f, "{scene}", "scene.xml"), "command holds no {scene}"),
+    (
+        "no trace in the command",
+        |f| edit(f, "\"{trace}\"", "\"trace.csv\""),
+        "command holds no {trace}",
+    ),
+    (
+        "no program in the command",
+        |f| edit(f, "\"python3\", ", "\"\", "),
+        "command names no program",
+    ),
+    (
+        "empty build command",
+        |f| append(f, "\n[build]\ncommands = [[]]\n"),
+        "commands names no program",
+    ),
+    ("unknown format", |f| edit(f, "[run]", "[run]\nformat = \"json\""), "unknown variant `json`"),
+    (
+        "readable that is missing",
+        |f| edit(f, "[run]", "[run]\nreadable = [\"data\"]"),
+        "data: No such file",
+    ),
+    (
+        "no starter code",
+        |f| append(f, "\n[starter]\nfolder = \"starter\"\nhelp = \"fetch it\"\n"),
+        "there is no starter code\n  help: fetch it",
+    ),
+    ("unknown assignment", |f| edit(f, "\"t1m2\"", "\"t9m9\""), "there is no assignment \"t9m9\""),
+    ("example that is missing", |f| remove(f, "pack/examples/right"), "there is no example"),
+    (
+        "pattern of an example without scenes",
+        |f| edit(f, "fails = [\"Spring\"", "fails = [\"Sprong\""),
+        "nothing matches \"Sprong\"",
+    ),
+    (
+        "points that do not add up",
+        |f| edit(f, "assignment =", "points = 100\nassignment ="),
+        "promises 100 required points",
+    ),
+    (
+        "feature without points",
+        |f| f.write("pack/rubric.toml", "[[feature]]\ngroup = \"Spring\"\npoints = 0\n"),
+        "is required, and has no points",
+    ),
+    (
+        "rubric of an unknown group",
+        |f| f.write("pack/rubric.toml", "[[feature]]\ngroup = \"Sprong\"\npoints = 2\n"),
+        "matches no scene",
+    ),
+    (
+        "rubric with a negative number",
+        |f| f.write("pack/rubric.toml", "[default]\npoints = -1\n"),
+        "rubric.toml:2",
+    ),
+    (
+        "driver that a hand-in replaces",
+        |f| edit(f, "files = [\"forces.py\"", "files = [\"*.py\""),
+        "a hand-in can replace driver.py",
+    ),
+    (
+        "trace among the files of the build",
+        |f| {
             let trace = root().join("expected/Spring/shearing-pair-symplectic.csv");
             fs::copy(trace, f.path("pack/project/data.txt")).unwrap();
         },
-        says: "data.txt, which is a trace of the oracle",
-    },
-    Fault {
-        name: "program among the files of the build",
-        plant: |f| {
+        "data.txt, which is a trace of the oracle",
+    ),
+    (
+        "program among the files of the build",
+        |f| {
             fs::copy("/bin/true", f.path("pack/project/oracle")).unwrap();
         },
-        says: "oracle, a program that they could run",
-    },
-    Fault {
-        name: "solution among the files of the build",
-        plant: |f| append(f, "\n[starter]\nfolder = \".\"\n"),
-        says: "which is an example",
-    },
-    Fault {
-        name: "readable example",
-        plant: |f| edit(f, "[run]", "[run]\nreadable = [\"examples\"]"),
-        says: "which has an example in it",
-    },
-    Fault {
-        name: "readable oracle",
-        plant: |f| {
-            edit(f, "[run]", "[run]\nreadable = [\".\"]");
-        },
-        says: "which has the oracle in it",
-    },
-    Fault {
-        name: "missing trace",
-        plant: |f| {
-            remove(f, "pack/expected/Spring/shearing-pair-symplectic.csv");
-        },
-        says: "Spring/shearing-pair-symplectic: ",
-    },
-    Fault {
-        name: "trace of an older scene",
-        plant: |f| {
+        "oracle, a program that they could run",
+    ),
+    (
+        "solution among the files of the build",
+        |f| append(f, "\n[starter]\nfolder = \".\"\n"),
+        "which is an example",
+    ),
+    (
+        "readable example",
+        |f| edit(f, "[run]", "[run]\nreadable = [\"examples\"]"),
+        "which has an example in it",
+    ),
+    (
+        "readable oracle",
+        |f| edit(f, "[run]", "[run]\nreadable = [\".\"]"),
+        "which has the oracle in it",
+    ),
+    (
+        "missing trace",
+        |f| remove(f, "pack/expected/Spring/shearing-pair-symplectic.csv"),
+        "Spring/shearing-pair-symplectic: ",
+    ),
+    (
+        "trace of an older scene",
+        |f| {
             let path = "pack/assets/Spring/shearing-pair-symplectic.xml";
             f.write(path, &f.read(path).replace("m=\"", "m=\"1"));
         },
-        says: "Spring/shearing-pair-symplectic: ",
-    },
-    Fault {
-        name: "edited trace",
-        plant: |f| {
+        "Spring/shearing-pair-symplectic: ",
+    ),
+    (
+        "edited trace",
+        |f| {
             let path = "pack/expected/Spring/shearing-pair-symplectic.csv";
             f.write(path, &f.read(path).replacen("\n1,", "\n1,9", 1));
         },
-        says: "Spring/shearing-pair-symplectic: ",
-    },
-    Fault {
-        name: "scene that is no scene",
-        plant: |f| {
+        "Spring/shearing-pair-symplectic: ",
+    ),
+    (
+        "scene that is no scene",
+        |f| {
             f.write("pack/assets/Spring/new.xml", "<scene>");
         },
-        says: "new.xml:",
-    },
-    Fault {
-        name: "new scene without a trace",
-        plant: |f| {
+        "new.xml:",
+    ),
+    (
+        "new scene without a trace",
+        |f| {
             f.write(
                 "pack/assets/Spring/new.xml",
                 &f.read("pack/assets/Spring/shearing-pair-symplectic.xml"),
             );
         },
-        says: "Spring/new: ",
-    },
-    Fault {
-        name: "no scenes",
-        plant: |f| {
+        "Spring/new: ",
+    ),
+    (
+        "no scenes",
+        |f| {
             remove(f, "pack/assets");
             fs::create_dir_all(f.path("pack/assets")).unwrap();
         },
-        says: "no scenes",
-    },
-    Fault {
-        name: "assignment without scenes",
-        plant: |f| {
+        "no scenes",
+    ),
+    (
+        "assignment without scenes",
+        |f| {
             let path = "pack/assets/assignments/t1m2.toml";
             f.write(
                 path,
@@ -407,48 +411,48 @@ const FAULTS: &[Fault] = &[
                 ),
             );
         },
-        says: "selects no scene",
-    },
-    Fault {
-        name: "hidden scenes that are not there",
-        plant: |f| {
+        "selects no scene",
+    ),
+    (
+        "hidden scenes that are not there",
+        |f| {
             f.write(
                 "pack/rubric.toml",
                 "[hidden]\nscenes = 3\nfolder = \"hidden\"\n\n[default]\npoints = 1\n",
             )
         },
-        says: "promises hidden scenes, and there are none",
-    },
-    Fault {
-        name: "right program that is wrong",
-        plant: |f| {
+        "promises hidden scenes, and there are none",
+    ),
+    (
+        "right program that is wrong",
+        |f| {
             fs::copy(
                 f.path("pack/examples/spring-pulls-wrong-way/forces.py"),
                 f.path("pack/examples/right/forces.py"),
             )
             .unwrap();
         },
-        says: "example right does not pass",
-    },
-    Fault {
-        name: "wrong program that is right",
-        plant: |f| {
+        "example right does not pass",
+    ),
+    (
+        "wrong program that is right",
+        |f| {
             fs::copy(
                 f.path("pack/examples/right/forces.py"),
                 f.path("pack/examples/spring-pulls-wrong-way/forces.py"),
             )
             .unwrap();
         },
-        says: "where it should fail",
-    },
-    Fault {
-        name: "wrong program that fails elsewhere",
-        plant: |f| edit(f, ", \"LinearDrag\", ", ", "),
-        says: "name these scenes in `fails` too",
-    },
-    Fault {
-        name: "driver that prints to the trace",
-        plant: |f| {
+        "where it should fail",
+    ),
+    (
+        "wrong program that fails elsewhere",
+        |f| edit(f, ", \"LinearDrag\", ", ", "),
+        "name these scenes in `fails` too",
+    ),
+    (
+        "driver that prints to the trace",
+        |f| {
             let driver = f.read("pack/project/driver.py");
             f.write(
                 "pack/project/driver.py",
@@ -458,39 +462,51 @@ const FAULTS: &[Fault] = &[
                 ),
             );
         },
-        says: "example right does not pass",
-    },
-    Fault {
-        name: "build that fails",
-        plant: |f| append(f, "\n[build]\ncommands = [[\"false\"]]\n"),
-        says: "the build ended with exit status 1",
-    },
-    Fault {
-        name: "example without the needed file",
-        plant: |f| {
+        "example right does not pass",
+    ),
+    (
+        "build that fails",
+        |f| append(f, "\n[build]\ncommands = [[\"false\"]]\n"),
+        "the build ended with exit status 1",
+    ),
+    (
+        "example without the needed file",
+        |f| {
             fs::rename(
                 f.path("pack/examples/right/forces.py"),
                 f.path("pack/examples/right/force.py"),
             )
             .unwrap();
         },
-        says: "example right does not pass",
-    },
-    Fault {
-        name: "starting file that is the solution",
-        plant: |f| {
+        "example right does not pass",
+    ),
+    (
+        "starting file that is the solution",
+        |f| {
             fs::copy(f.path("pack/examples/right/forces.py"), f.path("pack/project/forces.py"))
                 .unwrap();
         },
-        says: "what students start from passes every required scene",
-    },
+        "what students start from passes every required scene",
+    ),
 ];
 
 #[needs("test -x /usr/bin/python3")]
 #[test]
-fn every_fault_of_a_pack_is_refused_with_its_remedy() {
+fn sampled_faults_of_a_pack_are_refused_with_their_remedy() {
+    assert_refused(12);
+}
+
+#[needs("test -x /usr/bin/python3")]
+#[test]
+#[ignore = "long: half a minute"]
+fn long_every_fault_of_a_pack_is_refused_with_its_remedy() {
     assert!(FAULTS.len() >= 40);
-    for Fault { name, plant, says } in FAULTS {
+    assert_refused(usize::MAX);
+}
+
+/// Checks packs with so many of the faults.
+fn assert_refused(count: usize) {
+    for (name, plant, says) in sample(FAULTS, count) {
         let folder = Folder::new();
         small_pack(&folder);
         plant(&folder);
@@ -524,7 +540,7 @@ def folder(name, files):
         os.makedirs(os.path.dirname(full), exist_ok=True)
         open(full, "w", newline="").write(text)
 def zipped(name, files, method=zipfile.ZIP_DEFLATED, target=None):
-    with zipfile.ZipFile(target or os.path.join("class", name), "w", method) as archive:
+    with zipfile.ZipFile(target or os.path.join("class", name), "w", method, compresslevel=1) as archive:
         for path, text in files.items():
             archive.writestr(path, text)
 os.makedirs("class")
@@ -585,16 +601,29 @@ os.makedirs("class/bad-nothing")
 
 #[needs("test -x /usr/bin/python3")]
 #[test]
-fn every_form_of_a_hand_in_is_graded_or_named() {
+fn sampled_forms_of_a_hand_in_are_graded_or_named() {
+    assert_forms(12);
+}
+
+#[needs("test -x /usr/bin/python3")]
+#[test]
+#[ignore = "long: half a minute"]
+fn long_every_form_of_a_hand_in_is_graded_or_named() {
+    assert_eq!(assert_forms(usize::MAX), 37);
+}
+
+/// Grades so many of the forms; yields their number.
+fn assert_forms(count: usize) -> usize {
     let folder = Folder::new();
     let right = Path::new(&pack("functions-python")).join("examples/right/forces.py");
     fs::copy(right, folder.path("right.py")).unwrap();
     python(&folder.path("."), FORMS);
+    let n_forms = draw_class(&folder, &[], count);
     small_pack(&folder);
     let arguments = ["class", "class", "-o", "out", "--pack", "pack", "--no-jacobians"];
     let run = grade(&folder.path("."), &arguments);
     let rows = rows(&folder);
-    assert_eq!(rows.len(), 37, "{rows:?} {}", run.stderr);
+    assert_eq!(rows.len(), n_forms, "{rows:?} {}", run.stderr);
     for (name, (points, verdict)) in &rows {
         let report = folder.read(&format!("out/reports/{name}.txt"));
         if name.starts_with("bad-") {
@@ -626,9 +655,12 @@ fn every_form_of_a_hand_in_is_graded_or_named() {
         ("bad-text.txt", "it holds bad-text.txt"),
         ("bad-nothing", "it holds no file"),
     ] {
-        let report = folder.read(&format!("out/reports/{name}.txt"));
-        assert!(report.contains(says) && report.contains("help: "), "{name}: {report}");
+        if rows.contains_key(name) {
+            let report = folder.read(&format!("out/reports/{name}.txt"));
+            assert!(report.contains(says) && report.contains("help: "), "{name}: {report}");
+        }
     }
+    n_forms
 }
 
 /// A package for a platform has the pack and its starter code, but not the examples, and grades as the pack does.
@@ -778,10 +810,22 @@ folder("bad-report-only", {"report.pdf": "%PDF"})
 folder("bad-binary", {"report.txt": "see fosssim.exe"})
 "##;
 
-/// The course's pack, with starter code of its form whose base library draws, in the format of our skeletons.
 #[needs("test -x /usr/bin/python3 && g++ --version && ar --version")]
 #[test]
-fn class_on_the_starter_code_lands_where_it_should() {
+fn sampled_class_on_the_starter_code_lands_where_it_should() {
+    assert_class(4);
+}
+
+#[needs("test -x /usr/bin/python3 && g++ --version && ar --version")]
+#[test]
+#[ignore = "long: a minute of compiling"]
+fn long_class_on_the_starter_code_lands_where_it_should() {
+    assert_eq!(assert_class(usize::MAX), 20);
+}
+
+/// The course's pack, with starter code of its form whose base library draws, in the format of our skeletons. Grades so many
+/// of its hand-ins, and some that are always among them; yields their number.
+fn assert_class(count: usize) -> usize {
     let folder = Folder::new();
     let here = folder.path(".");
     let run = grade(&here, &["init", "cpp", "start", "--assignment", "t1m1"]);
@@ -801,7 +845,9 @@ fn class_on_the_starter_code_lands_where_it_should() {
     assert!(
         Command::new("sh").args(["-c", &library]).current_dir(&here).status().unwrap().success()
     );
+    // Most of the time is the compiler's: it optimises nothing here.
     edit(&folder, "-std=c++11", "-std=c++17");
+    edit(&folder, "-O1", "-O0");
     edit(
         &folder,
         "\"-s\", \"{scene}\", \"-d\", \"0\", \"-o\", \"{trace}\"",
@@ -816,6 +862,7 @@ fn class_on_the_starter_code_lands_where_it_should() {
     );
     edit(&folder, "-x c headless.c", "-x c gl2.c");
     python(&here, CLASS);
+    let n_submissions = draw_class(&folder, &["bad-", "broken-syntax", "right-extra-file"], count);
 
     let run = grade(
         &here,
@@ -823,7 +870,7 @@ fn class_on_the_starter_code_lands_where_it_should() {
     );
     assert_eq!(run.code, 3, "{}{}", run.stdout, run.stderr);
     let rows = rows(&folder);
-    assert_eq!(rows.len(), 20, "{rows:?} {}", run.stderr);
+    assert_eq!(rows.len(), n_submissions, "{rows:?} {}", run.stderr);
     let expected = |name: &str| match name.split('-').next() {
         Some("right") => ("3", "passed"),
         Some("broken") => ("0", "build-failed"),
@@ -847,4 +894,5 @@ fn class_on_the_starter_code_lands_where_it_should() {
     assert!(report.contains("ExplicitEuler.cpp"), "{report}");
     let (_, to_look_at) = run.stdout.split_once("Not graded, for people to look at").unwrap();
     assert_eq!(to_look_at.matches("bad hand in").count(), 2, "{to_look_at}");
+    n_submissions
 }

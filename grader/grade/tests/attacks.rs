@@ -101,13 +101,13 @@ fn tells(line: &str) -> bool {
 
 #[test]
 fn sampled_attacks_of_an_ordinary_user_are_refused() {
-    assert_refused(&ORDINARY, &sample(ATTACKS, 8));
+    assert_refused(&ORDINARY, &sample(ATTACKS, 4));
 }
 
 #[needs("test $(id -u) = 0")]
 #[test]
 fn sampled_attacks_of_the_superuser_are_refused() {
-    assert_refused(&SUPERUSER, &sample(ATTACKS, 8));
+    assert_refused(&SUPERUSER, &sample(ATTACKS, 4));
 }
 
 #[test]

@@ -2,7 +2,57 @@
 
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+
+/// A file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum OwnFileError {
+    /// The file or folder cannot be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file is not valid.
+    #[error("{}:{line}:{column}: {message}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// The fault.
+        message: String,
+    },
+}
+
+/// A TOML document, and the path that messages name.
+#[derive(Clone, Copy)]
+pub(crate) struct Toml<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
+}
+
+impl Toml<'_> {
+    /// Its content.
+    pub(crate) fn parse<T: DeserializeOwned>(self) -> Result<T, OwnFileError> {
+        toml::from_str(self.text).map_err(|error| {
+            let start = error.span().map_or(0, |span| span.start);
+            self.invalid(start, error.message().to_owned())
+        })
+    }
+
+    /// A fault at a byte of the text.
+    pub(crate) fn invalid(self, start: usize, message: String) -> OwnFileError {
+        let (line, column) = line_and_column(self.text, start);
+        OwnFileError::Invalid { path: self.path.to_path_buf(), line, column, message }
+    }
+}
 
 /// The bytes of a file.
 ///
@@ -43,4 +93,11 @@ pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
     }
     String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+}
+
+/// Line and column of a byte of a text, both from 1; columns count characters.
+pub(crate) fn line_and_column(text: &str, start: usize) -> (usize, usize) {
+    let before = text.get(..start).unwrap_or(text);
+    let column = before.chars().rev().take_while(|character| *character != '\n').count() + 1;
+    (before.matches('\n').count() + 1, column)
 }

@@ -55,7 +55,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::boundary::own_file;
+use crate::boundary::own_file::{self, OwnFileError, Toml, line_and_column};
 use crate::boundary::printed::Untrusted;
 use crate::class::fingerprint::Fingerprint;
 use crate::functions::{Function, Functions, Quantity};
@@ -66,7 +66,6 @@ use crate::submission::program::{HOME, Runner};
 use crate::submission::received::{
     Form, ReceiveError, Received, list_files, manifest_folder, only_archive,
 };
-use crate::suite::line_and_column;
 use crate::verdict::Failure;
 use sandbox::scratch::scratch_folder;
 use sandbox::{Limits, Sandbox};
@@ -84,26 +83,9 @@ const MAX_MEBIBYTES: u64 = 1;
 /// A pack that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum PackError {
-    /// A file or folder cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Unreadable {
-        /// The file or folder.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// The manifest is not valid.
-    #[error("{}:{line}:{column}: {message}", path.display())]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// What is wrong.
-        message: String,
-    },
+    /// A file or folder cannot be read, or the manifest is not valid.
+    #[error(transparent)]
+    File(#[from] OwnFileError),
     /// The folder of the starter code is missing.
     #[error("{}: there is no starter code{}", folder.display(), help)]
     NoStarter {
@@ -330,20 +312,16 @@ impl Pack {
     ) -> Result<Self, PackError> {
         let path = folder.join(MANIFEST);
         let unreadable =
-            |path: &Path, source| PackError::Unreadable { path: path.to_path_buf(), source };
+            |path: &Path, source| OwnFileError::Unreadable { path: path.to_path_buf(), source };
         if !path.is_file() {
             let help = if folder.is_dir() { "" } else { " (there is no such folder)" };
             return Err(PackError::NoPack { path: folder, help: help.to_owned() });
         }
         let text =
             own_file::read_text(&path, MAX_MEBIBYTES).map_err(|error| unreadable(&path, error))?;
-        let invalid = |start: usize, message: String| {
-            let (line, column) = line_and_column(&text, start);
-            PackError::Invalid { path: path.clone(), line, column, message }
-        };
-        let file: PackFile = toml::from_str(&text).map_err(|error| {
-            invalid(error.span().map_or(0, |span| span.start), error.message().to_owned())
-        })?;
+        let toml = Toml { path: &path, text: &text };
+        let invalid = |start, message| PackError::File(toml.invalid(start, message));
+        let file: PackFile = toml.parse()?;
         let pattern = |text: &Spanned<String>| {
             Pattern::parse(text.as_ref()).map_err(|message| invalid(text.span().start, message))
         };
@@ -372,7 +350,7 @@ impl Pack {
         let run = file.run.command;
         folder::check_run("command", run.as_ref())
             .map_err(|message| invalid(run.span().start, message))?;
-        let functions = |table: FunctionsTable| {
+        let functions = |table: FunctionsTable| -> Result<_, PackError> {
             let command = table.command;
             folder::check_placeholders("command", command.as_ref(), ["{calls}", "{answers}"])
                 .map_err(|message| invalid(command.span().start, message))?;
@@ -391,7 +369,7 @@ impl Pack {
             })?;
             readable.push(real);
         }
-        let layer = |folder: PathBuf, kept: &dyn Fn(&PathBuf) -> bool| {
+        let layer = |folder: PathBuf, kept: &dyn Fn(&PathBuf) -> bool| -> Result<_, PackError> {
             let files = list_files(&folder);
             let files = files.map_err(|error| unreadable(&folder, io::Error::other(error)))?;
             Ok(Layer { files: files.into_iter().filter(kept).collect(), folder })

@@ -86,10 +86,10 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::boundary::own_file::read_text;
+use crate::boundary::own_file::{OwnFileError, Toml, read_text};
 use crate::compare::{Calibrated, Criteria, Tolerances};
 use crate::suite::assignment::Assignment;
-use crate::suite::{Case, Feature, Section, Suite, line_and_column};
+use crate::suite::{Case, Feature, Section, Suite};
 use crate::verdict::number;
 use bounded::bounded;
 use creative::CreativeRule;
@@ -153,26 +153,9 @@ pub struct PackRule {
 /// A rubric that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum RubricError {
-    /// The file cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The file is not a valid rubric.
-    #[error("{}:{line}:{column}: {message}", path.display())]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// The fault.
-        message: String,
-    },
+    /// The file cannot be read, or is not a valid rubric.
+    #[error(transparent)]
+    File(#[from] OwnFileError),
     /// An entry matches nothing that is graded.
     #[error("{}: {entry} matches no scene\n  help: name a feature by section, group and integrator, and a scene by its name, such as Spring/two-springs", path.display())]
     NoMatch {
@@ -378,7 +361,7 @@ impl Rubric {
     /// If it cannot be read, or is not a valid rubric.
     pub fn load(path: &Path) -> Result<Self, RubricError> {
         let text = read_text(path, MAX_MEBIBYTES)
-            .map_err(|source| RubricError::Unreadable { path: path.to_path_buf(), source })?;
+            .map_err(|source| OwnFileError::Unreadable { path: path.to_path_buf(), source })?;
         Self::parse(&text, path)
     }
 
@@ -387,14 +370,9 @@ impl Rubric {
     /// # Errors
     /// As [`load`](Self::load), except for reading the file.
     pub fn parse(text: &str, path: &Path) -> Result<Self, RubricError> {
-        let invalid = |start: usize, message: String| {
-            let (line, column) = line_and_column(text, start);
-            RubricError::Invalid { path: path.to_path_buf(), line, column, message }
-        };
-        let file: RubricFile = toml::from_str(text).map_err(|error| {
-            let start = error.span().map_or(0, |span| span.start);
-            invalid(start, error.message().to_owned())
-        })?;
+        let toml = Toml { path, text };
+        let invalid = |start, message| RubricError::File(toml.invalid(start, message));
+        let file: RubricFile = toml.parse()?;
         let RubricFile {
             default, feature, scene, limits, build_limits, mut hidden, mut pack, ..
         } = file;

@@ -38,8 +38,8 @@ use serde::Deserialize;
 use simulator::vocabulary;
 use toml::Spanned;
 
-use crate::boundary::own_file::read_text;
-use crate::suite::{Case, Feature, Section, SolverName, Suite, line_and_column};
+use crate::boundary::own_file::{OwnFileError, Toml, line_and_column, read_text};
+use crate::suite::{Case, Feature, Section, SolverName, Suite};
 
 pub use fit::fitting;
 
@@ -135,26 +135,9 @@ struct Entry {
 /// An assignment that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum AssignmentError {
-    /// The file or folder cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Unreadable {
-        /// The file or folder.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// The file is not valid.
-    #[error("{}:{line}:{column}: {message}", path.display())]
-    Invalid {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// The fault.
-        message: String,
-    },
+    /// The file or folder cannot be read, or is not valid.
+    #[error(transparent)]
+    File(#[from] OwnFileError),
     /// There is no assignment of this name.
     #[error("there is no assignment {name:?} in {}\n  help: {}", folder.display(), known_names(name, known))]
     Unknown {
@@ -200,7 +183,7 @@ impl Assignment {
         };
         let path = folder.join(format!("{name}.toml"));
         let text = read_text(&path, MAX_MEBIBYTES)
-            .map_err(|source| AssignmentError::Unreadable { path: path.clone(), source })?;
+            .map_err(|source| OwnFileError::Unreadable { path: path.clone(), source })?;
         Self::parse(name, &text, &path)
     }
 
@@ -217,13 +200,9 @@ impl Assignment {
     /// # Errors
     /// If the text is not a valid assignment.
     pub fn parse(name: &str, text: &str, path: &Path) -> Result<Self, AssignmentError> {
-        let invalid = |start: usize, message: String| {
-            let (line, column) = line_and_column(text, start);
-            AssignmentError::Invalid { path: path.to_path_buf(), line, column, message }
-        };
-        let file: AssignmentFile = toml::from_str(text).map_err(|error| {
-            invalid(error.span().map_or(0, |span| span.start), error.message().to_owned())
-        })?;
+        let toml = Toml { path, text };
+        let invalid = |start, message| AssignmentError::File(toml.invalid(start, message));
+        let file: AssignmentFile = toml.parse()?;
         let unknown = |word: &Spanned<String>, what: &str, known: Vec<&str>| {
             let message = format!(
                 "unknown {what} {:?}\n  help: the {what}s are {}",
@@ -376,11 +355,11 @@ impl Assignment {
 
 /// The names of the assignments in a folder, sorted.
 fn names(folder: &Path) -> Result<Vec<String>, AssignmentError> {
-    let unreadable = |source| AssignmentError::Unreadable { path: folder.to_path_buf(), source };
+    let unreadable = |source| OwnFileError::Unreadable { path: folder.to_path_buf(), source };
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(unreadable(error)),
+        Err(error) => return Err(unreadable(error).into()),
     };
     let mut names = Vec::new();
     for entry in entries {

@@ -324,13 +324,6 @@ pub fn hash_bytes(bytes: &[u8]) -> String {
     hash([bytes, &[]])
 }
 
-/// Line and column of a byte of a text, both from 1; columns count characters.
-pub(crate) fn line_and_column(text: &str, start: usize) -> (usize, usize) {
-    let before = text.get(..start).unwrap_or(text);
-    let column = before.chars().rev().take_while(|character| *character != '\n').count() + 1;
-    (before.matches('\n').count() + 1, column)
-}
-
 /// Reasons why a scene has no usable trace.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoTrace {

@@ -37,7 +37,15 @@ const SIGNALS: i32 = 128;
 const REASONS: [&str; 4] = ["cannot", "can't", " yet", "only "];
 
 /// Words of reports of errors that a program did not catch, in lower case.
-const UNCAUGHT: [&str; 5] = ["traceback", "panicked", "terminate called", "assertion", "sanitizer"];
+const UNCAUGHT: [&str; 7] = [
+    "traceback",
+    "panicked",
+    "terminate called",
+    "assertion",
+    "sanitizer",
+    "syntaxerror",
+    "indentationerror",
+];
 
 /// The failure of a program that says that it lacks a feature of the scene, or its format, in the place of a crash or of no
 /// trace.
@@ -47,7 +55,8 @@ pub fn refusal(scene: &Scene, format: &str, failure: Failure) -> Failure {
         return failure;
     }
     let Some(status) = run.end.exit_status() else { return failure };
-    let lines = || run.output.text.raw(RawUse::Comparison).lines().map(str::to_lowercase);
+    let text = said(run);
+    let lines = || text.lines().map(str::to_owned);
     let refused = lines().filter(|line| REFUSALS.iter().any(|word| line.contains(word)));
     let refused: Vec<String> = refused.collect();
     let named = names(scene, format)
@@ -67,9 +76,21 @@ pub fn refusal(scene: &Scene, format: &str, failure: Failure) -> Failure {
 /// nothing caught.
 pub(super) fn says_why(run: &RunFailure) -> bool {
     let RunEnd::Exited(status) = run.end else { return false };
-    let text = run.output.text.raw(RawUse::Comparison).to_lowercase();
+    let text = said(run);
     let has = |words: &[&str]| words.iter().any(|word| text.contains(word));
     (1..SIGNALS).contains(&status) && (has(&REFUSALS) || has(&REASONS)) && !has(&UNCAUGHT)
+}
+
+/// What a program printed, in lower case, without warnings and the lines of source that follow them.
+fn said(run: &RunFailure) -> String {
+    let text = run.output.text.raw(RawUse::Comparison).to_lowercase();
+    let mut is_warning = false;
+    let lines = text.lines().filter(|line| {
+        is_warning =
+            line.contains("warning:") || is_warning && line.starts_with(char::is_whitespace);
+        !is_warning
+    });
+    lines.collect::<Vec<&str>>().join("\n")
 }
 
 /// Features of a scene by the names that a message may use: its integrator, its forces, its format.
@@ -114,6 +135,11 @@ mod tests {
         };
         assert!(says(RunEnd::Exited(1), "cannot do this yet"));
         assert!(!says(RunEnd::Exited(1), ""));
+        let warning =
+            "sim.py:3: RuntimeWarning: invalid value encountered in divide\n  n = d / l\n";
+        assert!(!says(RunEnd::Exited(1), &format!("{warning}Newton's method did not converge")));
+        assert!(says(RunEnd::Exited(1), &format!("{warning}unknown integrator")));
+        assert!(!says(RunEnd::Exited(1), "  File \"sim.py\", line 3\nSyntaxError: invalid syntax"));
         assert!(!says(RunEnd::Exited(139), "not implemented"));
         assert!(!says(RunEnd::Killed(6), "not implemented"));
         assert!(!says(RunEnd::Exited(1), "Traceback (most recent call last):\nKeyError: cannot"));

@@ -18,7 +18,7 @@ use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
     Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Index, Kept,
-    MassAt, Newton, Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start,
+    MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Rule, SceneRule, Softening, Start,
     Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
@@ -389,6 +389,7 @@ fn named_factors(term: Term, quantities: &'static [Quantity]) -> Vec<Change> {
     let named = [
         ("is multiplied by the mass", Factor::mass(1)),
         ("is divided by the mass", Factor::mass(-1)),
+        ("is divided by the mass twice", Factor::mass(-2)),
         (WITHOUT_H, Factor::h(-1)),
         (TOO_OFTEN_H, Factor::h(1)),
     ];
@@ -530,23 +531,10 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
         if forms.is_some() {
             let words = "has l² in the place of l, in its Jacobians as well";
             add(force, words, Effect::Length(term, Softening::Square), 2);
-            let copied = |from: usize, to: usize| {
-                let [from_name, name] = [from, to].map(|axis| XY[axis]);
-                let of_both =
-                    format!("reads the {from_name} coordinate of a particle as {name}, too");
-                let of_second = format!(
-                    "takes {name}_i − {from_name}_j for {name}_i − {name}_j, in its Jacobians as well"
-                );
-                [(Read::Copied(from, to), of_both), (Read::SecondCopied(from, to), of_second)]
-            };
-            let at_number =
-                "reads the coordinates of particle i at i and i + 1, not 2 i and 2 i + 1";
-            let all = [
-                vec![(Read::AtNumber, at_number.to_owned())],
-                copied(0, 1).into(),
-                copied(1, 0).into(),
-            ];
-            for (read, words) in all.into_iter().flatten() {
+            let words = "has one length for all elements, √Σ l², in the place of l, in its Jacobians as well";
+            add(force, words, Effect::Length(term, Softening::Together), 2);
+            for (read, what, of_which) in helper::reads(term.depends_on().velocity) {
+                let words = format!("reads {what} for {of_which}");
                 add(force, &words, Effect::Read(term, read), 2);
             }
             if term.depends_on().velocity {
@@ -838,6 +826,17 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     ] {
         add(Rule::Forces(factor), 1, words);
     }
+    for (axis, name) in XY.iter().enumerate() {
+        for (factor, words) in [
+            (Factor::mass(1), "are not divided by the mass"),
+            (Factor::mass(-1), "are divided by the mass twice"),
+            (Factor::number(-1.0), "have the wrong sign"),
+            (Factor::number(0.0), "are left out"),
+            (Factor::h(-1), "are not multiplied by h"),
+        ] {
+            add(Rule::AlongAxis(axis, factor), 2, &format!("forces along {name} {words}"));
+        }
+    }
     let inertia = |matrix, right, sign| Rule::Inertia { matrix, right, sign };
     let words = "the mass of a coordinate is read at the number of its particle, in a list with one for each coordinate";
     add(Rule::MassAt(MassAt::Particle), 2, words);
@@ -954,7 +953,15 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     }
     if method == OnePoint::Linearized {
         add(Rule::StaleJacobians, 2, "the Jacobians are those of the step before");
-        add(Rule::AtRest, 2, "dF/dx is evaluated with velocities of 0");
+        add(Rule::Seen([1.0, 0.0, 1.0]), 2, "dF/dx is evaluated with velocities of 0");
+        for (factors, what) in [
+            ([2.0; 3], "forces and Jacobians are"),
+            ([2.0, 1.0, 1.0], "forces are"),
+            ([1.0, 2.0, 2.0], "Jacobians are"),
+        ] {
+            let words = format!("{what} evaluated with twice the velocities");
+            add(Rule::Seen(factors), 2, &words);
+        }
         let words =
             "the right-hand side has h² dF/dx v as well, although forces are taken at x + h v";
         add(Rule::StiffRight, 2, words);
@@ -1182,6 +1189,9 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
         let hold = Hold { rows, columns, right, unknowns: Unknowns::Index, massless: false };
         let words = "implicit methods clear the unknowns i, i + 1 of fixed particle i";
         add(Some(true), rule(FixedRule::Hold(hold)), 2, words);
+        let hold = Hold { unknowns: Unknowns::ByAxis, ..hold };
+        let words = "implicit methods hold fixed particles as if all x came before all y";
+        add(Some(true), rule(FixedRule::Hold(hold)), 2, words);
     }
     let massless = Hold { rows: false, columns: false, massless: true, ..HELD };
     let words = "implicit methods leave the mass of fixed particles out of the matrix";
@@ -1191,15 +1201,34 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
 
 /// Slips in the functions on vectors that all forces between two particles share; empty where there are none of these.
 pub fn of_helpers(scene: &Scene) -> Vec<Change> {
-    let change = |(helper, words): (Helper, &str)| Change {
+    let change = |(helper, words): (Helper, String)| Change {
         place: Place::Helpers,
         words: format!("in all forces, {words}"),
         effect: Effect::Helper(helper),
         rank: 2,
     };
-    let mut all: Vec<Change> = helper::all().into_iter().map(change).collect();
+    let slips = helper::all().into_iter().map(|(slip, words)| (slip, words.to_owned()));
+    let reads = helper::reads(true).into_iter().map(|(read, what, of_which)| {
+        (Helper::Read(read), format!("{what} is read for {of_which}"))
+    });
+    let mut all: Vec<Change> = slips.chain(reads).map(change).collect();
     all.retain(|change| change.acts_in(scene));
     all
+}
+
+/// Particles that are taken as fixed although they are not.
+pub fn taken_as_fixed() -> [Change; 2] {
+    let change = |(exchanged, words): (bool, &str)| Change {
+        place: Place::Fixed(None),
+        words: words.to_owned(),
+        effect: Effect::Scene(SceneRule::Fixed { exchanged }),
+        rank: 1,
+    };
+    [
+        (false, "all particles are taken as fixed"),
+        (true, "free particles are taken as fixed, and fixed ones as free"),
+    ]
+    .map(change)
 }
 
 /// Changes of the reading of a scene. `time_steps` are those that may be taken for the scene's own.
@@ -1245,12 +1274,14 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         (Index::Byte, 256, "a number is kept in one byte"),
         (Index::Less, 1, "numbers are taken to start at 1"),
     ] {
-        for (highest, is_of_all, what) in
-            [(of_all, true, "particles and edges"), (of_edges, false, "the particles of edges")]
-        {
+        for (highest, which, what) in [
+            (of_all, Numbers::All, "particles and edges"),
+            (of_edges, Numbers::ParticlesOfEdges, "the particles of edges"),
+            (scene.edges.len().saturating_sub(1), Numbers::Edges, "edges"),
+        ] {
             if highest >= from {
                 let words = format!("of the numbers of {what}: {words}");
-                add(reading, SceneRule::Indices(index, is_of_all), 2, words);
+                add(reading, SceneRule::Indices(index, which), 2, words);
             }
         }
     }
@@ -1321,6 +1352,17 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let words = format!("{tag} has no effect where {} is 0", parameter.name);
                 left_out(Which::Zero(parameter.name), words);
             }
+        }
+        let is_shared = |end: usize| {
+            let mut known = BTreeSet::new();
+            let ends = of_it().filter_map(|element| element.pair()).map(|pair| pair[end]);
+            ends.filter(|particle| !known.insert(*particle)).count() > 0
+        };
+        if is_shared(0) || is_shared(1) {
+            let words = format!(
+                "of several {tag} with the same first or second particle, the last alone acts on it"
+            );
+            add(whole, SceneRule::Scattered(tag), 2, words);
         }
         if of_it().count() > 1 {
             let words = format!("each {tag} has the parameters of the first");
@@ -1437,5 +1479,8 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             )
     };
     all.retain(|change| !(is_of_rounds(scene) && is_of_task(change)));
+    if !is_of_rounds(scene) {
+        all.extend(taken_as_fixed());
+    }
     all
 }

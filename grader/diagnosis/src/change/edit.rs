@@ -5,7 +5,7 @@
 //! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse;
 //!            a projection is left out
 //! power      another exponent
-//! number     twice or half
+//! number     twice or half, one more or less
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
 //! matrix     a bᵀ for b aᵀ, a aᵀ for a bᵀ, I for R; entries off the diagonal with the other sign, or left out
 //! component  one component of a vector left out, with the other sign, or in the place of the other
@@ -162,6 +162,11 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
             for factor in [2.0, 0.5] {
                 swap(Expression::Number(factor * value), 2);
             }
+            for new in [value + 1.0, value - 1.0] {
+                if value.abs() > 2.0 || new == 3.0 * value.signum() {
+                    swap(Expression::Number(new), 2);
+                }
+            }
         }
         Expression::Leaf(leaf) => {
             for new in others(*leaf) {
@@ -199,7 +204,9 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
             if a != b {
                 let square =
                     |x: &Expression| Expression::Dot(Box::new(x.clone()), Box::new(x.clone()));
-                for new in [square(a), square(b)] {
+                let size =
+                    |x: &Expression| Expression::Applied(Function::Size, Box::new(x.clone()));
+                for new in [square(a), square(b), size(a), size(b)] {
                     let words = instead(&new);
                     all.push(Edit::new(new, words, 3));
                 }
@@ -238,8 +245,42 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 }
             }
             clamps(node, &mut all);
+            if node.is_number() && terms.iter().any(is_length) {
+                let square = |term: &Expression| match term {
+                    Expression::Product(factors) => {
+                        let of = |factor: &Expression| match factor {
+                            Expression::Number(_) => factor.clone(),
+                            _ => Expression::Power(Box::new(factor.clone()), 2),
+                        };
+                        Expression::Product(factors.iter().map(of).collect())
+                    }
+                    term => Expression::Power(Box::new(term.clone()), 2),
+                };
+                let new = Expression::Sum(terms.iter().map(square).collect());
+                let words = instead(&new);
+                all.push(Edit::new(new, words, 2));
+            }
         }
         Expression::Product(factors) => {
+            let is_ratio = |factor: &Expression| matches!(factor, Expression::Power(_, -1));
+            if let Some(place) = factors.iter().position(is_ratio)
+                && let Expression::Power(below, _) = &factors[place]
+                && let Some(above) = place.checked_sub(1)
+                && matches!(&factors[above], Expression::Leaf(leaf) if is_scalar(*leaf))
+            {
+                let inverse = Expression::Power(Box::new(factors[above].clone()), -1);
+                let turned = replaced(factors, place, inverse);
+                let new = Expression::Product(replaced(&turned, above, (**below).clone()));
+                let words = instead(&new);
+                all.push(Edit::new(new, words, 2));
+            }
+            let is_matrix = |factor: &&Expression| factor.is_matrix();
+            if factors.iter().filter(is_matrix).count() > 1 {
+                let whole = Box::new(Expression::Product(factors.clone()));
+                let new = Expression::Applied(Function::EntryByEntry, whole);
+                let words = "multiplies its matrices entry by entry".to_owned();
+                all.push(Edit::new(new, words, 2));
+            }
             let pairs = (0..factors.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
             for (a, b) in pairs.filter(|(a, b)| is_symbol(&factors[*a]) && is_symbol(&factors[*b]))
             {
@@ -287,6 +328,11 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
 /// Whether it is a parameter or a mass.
 fn is_symbol(factor: &Expression) -> bool {
     matches!(factor, Expression::Leaf(Leaf::Parameter(..) | Leaf::Mass(_)))
+}
+
+/// Whether it is the length, with any sign.
+fn is_length(term: &Expression) -> bool {
+    matches!(term, Expression::Leaf(Leaf::Length))
 }
 
 fn clamps(node: &Expression, all: &mut Vec<Edit>) {

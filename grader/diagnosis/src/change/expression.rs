@@ -87,6 +87,10 @@ pub enum Function {
     AtLeast(f64),
     /// Of a vector: each component multiplied by its size.
     BySize,
+    /// Of a vector: its length.
+    Size,
+    /// Of a product: its matrices are multiplied entry by entry.
+    EntryByEntry,
 }
 
 /// The arguments of a formula for one element.
@@ -264,7 +268,24 @@ impl Expression {
             ),
             Self::Sum(parts) | Self::Product(parts) => parts.iter().all(Self::is_number),
             Self::Outer(..) | Self::Transposed(_) | Self::Components(..) => false,
+            Self::Applied(Function::Size, _) => true,
             Self::Applied(_, inner) => inner.is_number(),
+        }
+    }
+
+    /// Whether its value is a matrix.
+    pub fn is_matrix(&self) -> bool {
+        match self {
+            Self::Leaf(leaf) => matches!(leaf, Leaf::Identity | Leaf::Turn),
+            Self::Outer(..) | Self::Transposed(_) => true,
+            Self::Sum(parts) => parts.iter().all(Self::is_matrix),
+            // A product with a vector is one.
+            Self::Product(parts) => {
+                parts.iter().any(Self::is_matrix)
+                    && parts.iter().all(|part| part.is_number() || part.is_matrix())
+            }
+            Self::Number(_) | Self::Power(..) | Self::Dot(..) => false,
+            Self::Applied(_, inner) | Self::Components(_, inner) => inner.is_matrix(),
         }
     }
 
@@ -291,7 +312,20 @@ impl Expression {
                 Value::Matrix(matrix) => Value::Matrix(matrix.transpose()),
                 _ => Value::INVALID,
             },
+            Self::Applied(Function::EntryByEntry, inner) => {
+                let factors = match &**inner {
+                    Self::Product(factors) => &factors[..],
+                    other => std::slice::from_ref(other),
+                };
+                let by_entry = |a: Value, b: Value| match (a, b) {
+                    (Value::Matrix(a), Value::Matrix(b)) => Value::Matrix(a.component_mul(&b)),
+                    (a, b) => a.times(b),
+                };
+                let values = factors.iter().map(|factor| factor.value(at));
+                values.reduce(by_entry).unwrap_or(Value::INVALID)
+            }
             Self::Applied(function, inner) => match (function, inner.value(at)) {
+                (Function::Size, Value::Vector(x)) => Value::Number(x.norm()),
                 (Function::Absolute, Value::Number(x)) => Value::Number(x.abs()),
                 (Function::Positive, Value::Number(x)) => Value::Number(x.max(0.0)),
                 (Function::Negative, Value::Number(x)) => Value::Number(x.min(0.0)),
@@ -368,6 +402,9 @@ impl Expression {
                     }
                     (Function::AtLeast(least), Value::Number(x), Value::Number(change)) => {
                         Value::Number(if x > *least { change } else { 0.0 })
+                    }
+                    (Function::Size, Value::Vector(x), Value::Vector(change)) => {
+                        Value::Number(x.normalize().dot(&change))
                     }
                     (Function::BySize, Value::Vector(x), Value::Vector(change)) => {
                         Value::Vector(x.map(|x| 2.0 * x.abs()).component_mul(&change))
@@ -486,6 +523,8 @@ impl fmt::Display for Expression {
             Self::Applied(Function::Negative, x) => write!(f, "min({x}, 0)"),
             Self::Applied(Function::AtMost(most), x) => write!(f, "min(|{x}|, {most})"),
             Self::Applied(Function::AtLeast(least), x) => write!(f, "max({x}, {least})"),
+            Self::Applied(Function::Size, x) => write!(f, "|{x}|"),
+            Self::Applied(Function::EntryByEntry, x) => write!(f, "{} entry by entry", inner(x)),
             Self::Applied(Function::BySize, x) => write!(f, "{} by size", inner(x)),
             Self::Components(Axes::Copied(from, _), x) => {
                 let component = format!("{}.{}", inner(x), if *from == 0 { "x" } else { "y" });

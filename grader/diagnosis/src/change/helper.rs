@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::Axes;
+use super::{Axes, Coordinates, Read, ReadAt};
 
 /// A function on vectors with a slip.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +17,8 @@ pub enum Helper {
     Length(Length),
     /// Directions: `d` with other components, divided by this power of the length.
     Direction(Option<Axes>, f64, i32),
+    /// The coordinates of the two particles.
+    Read(Read),
 }
 
 /// A dot product.
@@ -39,6 +41,32 @@ pub enum Length {
     Sum,
     /// The largest of these.
     Largest,
+}
+
+/// Coordinates read at a wrong index: what is read, for what.
+pub(super) fn reads(has_velocity: bool) -> Vec<(Read, &'static str, String)> {
+    let mut all = Vec::new();
+    let mut add =
+        |of: Coordinates, at: ReadAt, what, of_which| all.push((Read { of, at }, what, of_which));
+    let of_number = "coordinate 2 i of particle i, and so on".to_owned();
+    add(Coordinates::All, ReadAt::Number, "coordinate i", of_number);
+    let both = |axis: &str| format!("{axis}, of positions and velocities");
+    add(Coordinates::All, ReadAt::Axis(0, 1), "x", both("y"));
+    add(Coordinates::All, ReadAt::Axis(1, 0), "y", both("x"));
+    let of_positions = [0, 1].map(|place| (Coordinates::Positions(place), "position", place));
+    let of_velocities = [0, 1].map(|place| (Coordinates::Velocities(place), "velocity", place));
+    let velocities = of_velocities.into_iter().filter(|_| has_velocity);
+    for (of, name, place) in of_positions.into_iter().chain(velocities) {
+        let whose = |axis: &str| format!("{axis} of the {name} of {}", ["i", "j"][place]);
+        add(of, ReadAt::Axis(0, 1), "x", whose("y"));
+        add(of, ReadAt::Axis(1, 0), "y", whose("x"));
+        add(of, ReadAt::Next, "the number after it", whose("the last component"));
+        add(of, ReadAt::Before, "the number before it", whose("x"));
+        let vector = format!("the {name} of {}", ["i", "j"][place]);
+        add(of, ReadAt::Scaled(0.0), "0", vector.clone());
+        add(of, ReadAt::Scaled(-1.0), "its negative", vector);
+    }
+    all
 }
 
 /// Every helper with a slip, in words.

@@ -509,15 +509,39 @@ pub enum Which {
     Joined,
 }
 
-/// How the coordinates of a pair's particles are read, in lists with one number for each coordinate.
+/// Coordinates of a pair's particles that are read at a wrong index.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Read {
+    /// Which of them.
+    pub of: Coordinates,
+    /// Where they are read.
+    pub at: ReadAt,
+}
+
+/// Coordinates of a pair's particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Read {
-    /// Those of a particle at its number and the next.
-    AtNumber,
-    /// The first component in the place of the second.
-    Copied(usize, usize),
-    /// The same, of the positions of the second particle.
-    SecondCopied(usize, usize),
+pub enum Coordinates {
+    /// All.
+    All,
+    /// Positions of the particle at this place.
+    Positions(usize),
+    /// Velocities of the particle at this place.
+    Velocities(usize),
+}
+
+/// Where coordinates are read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ReadAt {
+    /// Those of particle `i` from number `i` on.
+    Number,
+    /// The second of these axes at the place of the first.
+    Axis(usize, usize),
+    /// The last axis one place further on, at the next particle's first.
+    Next,
+    /// The first axis one place before, at the last of the particle before.
+    Before,
+    /// There, but they are multiplied by this number.
+    Scaled(f64),
 }
 
 /// What a force reads in the place of its arguments, most of it from the start of a step.
@@ -552,6 +576,8 @@ pub enum Softening {
     AtLeast(f64),
     /// `l²`.
     Square,
+    /// The root of the sum of `l²` over all elements of the force.
+    Together,
 }
 
 /// An index at which the mass of coordinate `r` is read, of a list with an entry for each coordinate.
@@ -626,8 +652,10 @@ pub enum Rule {
     Kept(Kept),
     /// The linear system is solved by an elimination with a slip.
     Solver(Slip),
-    /// dF/dx is evaluated with velocities of 0.
-    AtRest,
+    /// Velocities are multiplied by such a factor where the forces, dF/dx and dF/dv are evaluated.
+    Seen([f64; 3]),
+    /// A factor of the forces along an axis.
+    AlongAxis(usize, Factor),
     /// Of an explicit method: a force acts on the velocities that the other forces give.
     Split(Term),
     /// Jacobians are quotients of differences of the forces, with this step.
@@ -782,6 +810,8 @@ pub enum Unknowns {
     Index,
     /// Along one axis only.
     Axis(usize),
+    /// Those of the particle, where coordinates are stored axis after axis: all x, then all y.
+    ByAxis,
 }
 
 /// What is taken for the number of a particle.
@@ -795,6 +825,17 @@ pub enum Index {
     Byte,
     /// One less; of the first, itself.
     Less,
+}
+
+/// Numbers of particles and edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Numbers {
+    /// All.
+    All,
+    /// Of the particles of edges.
+    ParticlesOfEdges,
+    /// Of edges, where elements name them.
+    Edges,
 }
 
 /// A scene read wrongly.
@@ -871,10 +912,18 @@ pub enum SceneRule {
     },
     /// Fixed particles are free, and have this mass.
     Heavy(f64),
+    /// Free particles are fixed; fixed ones are free, if so.
+    Fixed {
+        /// Fixed ones are free.
+        exchanged: bool,
+    },
+    /// Of the elements of a force with the same first particle, or the same second, the last alone acts there; its
+    /// Jacobians on each pair of places likewise.
+    Scattered(&'static str),
     /// A parameter that is not given, or 0, is that of the element of its force before.
     Carried(&'static str, &'static str),
-    /// The numbers of the particles of edges are read wrongly; if so, so are those of all elements and edges.
-    Indices(Index, bool),
+    /// Some numbers are read wrongly.
+    Indices(Index, Numbers),
     /// An edge between the particles of an earlier one is left out, so that later ones have other numbers.
     UniqueEdges {
         /// Elements of an edge that is not there act on the last one; otherwise they have no effect.

@@ -16,9 +16,9 @@ use super::gate::{Gate, Measure, Measured};
 use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Index, Kept,
-    MassAt, Newton, Norm, Particles, Place, Quantity, Read, Rule, SceneRule, Softening, Start,
-    Term, Unknowns, Which,
+    Axes, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold,
+    Index, Kept, MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Read, ReadAt, Rule,
+    SceneRule, Softening, Start, Term, Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -159,8 +159,10 @@ pub(super) struct Rules {
     pub(super) jacobians_at: [Option<f64>; 2],
     pub(super) stale: bool,
     pub(super) stale_jacobians: bool,
-    /// Whether dF/dx is evaluated with velocities of 0.
-    pub(super) at_rest: bool,
+    /// Factors of the velocities at which forces, dF/dx and dF/dv are evaluated.
+    pub(super) seen: [f64; 3],
+    /// A factor of the forces along an axis.
+    pub(super) along: Option<(usize, Factor)>,
     pub(super) kept: Option<Kept>,
     pub(super) slip: Option<Slip>,
     pub(super) one_by_one: bool,
@@ -270,7 +272,8 @@ impl Model {
             jacobians_at: [None; 2],
             stale: false,
             stale_jacobians: false,
-            at_rest: false,
+            seen: [1.0; 3],
+            along: None,
             kept: None,
             slip: None,
             one_by_one: false,
@@ -490,7 +493,8 @@ impl Model {
             }
             Rule::Stale => rules.stale = true,
             Rule::StaleJacobians => rules.stale_jacobians = true,
-            Rule::AtRest => rules.at_rest = true,
+            Rule::Seen(factors) => rules.seen = factors,
+            Rule::AlongAxis(axis, factor) => rules.along = Some((axis, factor)),
             Rule::Split(term) => {
                 let mut terms = self.terms.iter_mut();
                 if let Some(model) = terms.find(|model| model.term == term) {
@@ -912,22 +916,45 @@ impl Model {
         [x, v]: [&[f64]; 2],
         masses: Option<MassAt>,
     ) -> Inputs {
-        let read = |values: &[f64], particle: usize, is_second_position: bool| {
-            let vector = self.vector(values, particle);
-            match model.read {
-                Some(Read::AtNumber) => Vector3::from_fn(|axis, _| match axis < self.dimension {
-                    true => values[particle + axis],
-                    false => 0.0,
-                }),
-                Some(Read::Copied(from, to)) => Axes::Copied(from, to).of_vector(vector),
-                Some(Read::SecondCopied(from, to)) if is_second_position => {
-                    Axes::Copied(from, to).of_vector(vector)
-                }
-                Some(Read::SecondCopied(..)) | None => vector,
-            }
+        let of_all = match self.helper {
+            Some(Helper::Read(read)) => Some(read),
+            _ => None,
         };
-        let d = read(x, i, false) - read(x, j, true);
-        let l = helper::length(self.helper, &d);
+        let slip = model.read.or(of_all);
+        let read = |values: &[f64], particle: usize, which: Coordinates| {
+            let mut vector = self.vector(values, particle);
+            let Some(Read { of, at }) = slip else { return vector };
+            if of != Coordinates::All && of != which {
+                return vector;
+            }
+            let (first, last) = (particle * self.dimension, self.dimension - 1);
+            // Beyond the first and the last number, there is nothing.
+            let number = |place: Option<usize>| {
+                place.and_then(|place| values.get(place)).copied().unwrap_or(0.0)
+            };
+            match at {
+                ReadAt::Number => {
+                    (0..=last).for_each(|axis| vector[axis] = values[particle + axis]);
+                }
+                ReadAt::Axis(from, to) => vector[to] = vector[from],
+                ReadAt::Next => vector[last] = number(Some(first + last + 1)),
+                ReadAt::Before => vector[0] = number(first.checked_sub(1)),
+                ReadAt::Scaled(factor) => vector *= factor,
+            }
+            vector
+        };
+        let d = read(x, i, Coordinates::Positions(0)) - read(x, j, Coordinates::Positions(1));
+        let l = match model.softening {
+            Some(Softening::Together) => {
+                let each =
+                    model.elements.iter().filter_map(|element| match element.particles[..] {
+                        [i, j] => Some((self.vector(x, i) - self.vector(x, j)).norm_squared()),
+                        _ => None,
+                    });
+                each.sum::<f64>().sqrt()
+            }
+            _ => helper::length(self.helper, &d),
+        };
         let mass_of = |particle: usize| match masses {
             None => particle,
             Some(MassAt::Particle) => particle / self.dimension,
@@ -940,7 +967,7 @@ impl Model {
             masses: [i, j].map(|particle| self.scene.particles[mass_of(particle)].mass),
             h: self.scene.time_step,
             d,
-            v: [read(v, i, false), read(v, j, false)],
+            v: [read(v, i, Coordinates::Velocities(0)), read(v, j, Coordinates::Velocities(1))],
             l: model.softening.map_or(l, |softening| softening.of(l)),
             helper: self.helper,
         }
@@ -1051,6 +1078,7 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
         let of = match rule {
             SceneRule::Overwrites(tag, ..)
             | SceneRule::Assigned(tag, ..)
+            | SceneRule::Scattered(tag)
             | SceneRule::AssignedOwn(tag, ..) => Some(tag),
             SceneRule::AssignedByAll(..) => None,
             _ => continue,
@@ -1060,6 +1088,27 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                 continue;
             }
             let before = &mut all[..number];
+            if let (SceneRule::Scattered(tag), [i, j]) = (rule, &element.particles[..]) {
+                for (lost, other) in before.iter_mut().zip(&scene.forces) {
+                    let [first, second] = match other.particles[..] {
+                        [first, second] if other.schema.tag == tag => [first, second],
+                        _ => continue,
+                    };
+                    let same = [(first == *i, first), (second == *j, second)];
+                    let is_same = same.map(|(is_same, _)| is_same);
+                    let of_ends = same.into_iter().filter(|(is_same, _)| *is_same);
+                    for (_, particle) in of_ends {
+                        lost.forces.push((particle, None));
+                        lost.blocks.iter_mut().for_each(|all| all.push(([particle; 2], None)));
+                    }
+                    if is_same == [true; 2] {
+                        for block in [[first, second], [second, first]] {
+                            lost.blocks.iter_mut().for_each(|all| all.push((block, None)));
+                        }
+                    }
+                }
+                continue;
+            }
             let (quantities, blocks): (&[Quantity], _) = match rule {
                 SceneRule::Assigned(_, quantity, _) => {
                     (&[quantity], whole(blocks_of(scene, element)))
@@ -1366,6 +1415,7 @@ impl Softening {
             Self::Squared(e) => l.hypot(e),
             Self::AtLeast(e) => l.max(e),
             Self::Square => l * l,
+            Self::Together => l,
         }
     }
 }
@@ -1482,6 +1532,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         | SceneRule::Overwrites(..)
         | SceneRule::Assigned(..)
         | SceneRule::AssignedByAll(..)
+        | SceneRule::Scattered(_)
         | SceneRule::AssignedOwn(..) => {}
         SceneRule::OneFixed { last } => {
             let fixed = |particle: &scene::Particle| particle.fixed;
@@ -1506,20 +1557,30 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 before = *value;
             }
         }
-        SceneRule::Indices(index, is_of_all) => {
+        SceneRule::Fixed { exchanged } => {
+            for particle in &mut scene.particles {
+                particle.fixed = !(exchanged && particle.fixed);
+            }
+        }
+        SceneRule::Indices(index, which) => {
             let (last, last_edge) = (scene.particles.len() - 1, scene.edges.len().max(1) - 1);
             let of = |particles: &mut [usize]| {
                 particles.iter_mut().for_each(|one| *one = index.of(*one).min(last));
             };
-            scene.edges.iter_mut().for_each(|edge| of(&mut edge.particles));
+            if which != Numbers::Edges {
+                scene.edges.iter_mut().for_each(|edge| of(&mut edge.particles));
+            }
             for element in &mut scene.forces {
-                match element.edge {
-                    Some(edge) => {
-                        let edge = if is_of_all { index.of(edge).min(last_edge) } else { edge };
+                match (element.edge, which) {
+                    (Some(edge), Numbers::ParticlesOfEdges) => {
                         element.particles = scene.edges[edge].particles.into();
                     }
-                    None if is_of_all => of(&mut element.particles),
-                    None => {}
+                    (Some(edge), _) => {
+                        let edge = index.of(edge).min(last_edge);
+                        element.particles = scene.edges[edge].particles.into();
+                    }
+                    (None, Numbers::All) => of(&mut element.particles),
+                    (None, _) => {}
                 }
             }
         }

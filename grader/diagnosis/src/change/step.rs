@@ -238,7 +238,7 @@ impl Model {
             for (dof, force) in force.iter().enumerate().skip(first).take(self.dimension) {
                 let old = state.velocities[dof];
                 if !self.is_held(dof) {
-                    let given = self.force_coefficient(self.mass[dof]) * force;
+                    let given = self.force_coefficient(dof) * force;
                     state.velocities[dof] += given / self.mass[dof];
                 }
                 state.positions[dof] += of_old * old + of_new * state.velocities[dof];
@@ -263,7 +263,7 @@ impl Model {
         self.gate(&at, &mut force);
         for (dof, velocity) in state.velocities.iter_mut().enumerate() {
             if !self.is_held(dof) {
-                let given = self.force_coefficient(self.mass[dof]) * force[dof];
+                let given = self.force_coefficient(dof) * force[dof];
                 let mass = self.mass[dof].powi(self.rules.inertia_matrix) + self.rules.diagonal;
                 *velocity = self.rules.old * *velocity + given / mass;
             }
@@ -271,8 +271,13 @@ impl Model {
     }
 
     /// `h` times the factor of the forces.
-    fn force_coefficient(&self, mass: f64) -> f64 {
-        self.h * self.rules.forces.of(self.h, mass)
+    fn force_coefficient(&self, dof: usize) -> f64 {
+        let mass = self.mass[dof];
+        let of_axis = match self.rules.along {
+            Some((axis, factor)) if dof % self.dimension == axis => factor.of(self.h, mass),
+            _ => 1.0,
+        };
+        self.h * self.rules.forces.of(self.h, mass) * of_axis
     }
 
     /// Where forces are evaluated, at the velocities `u`.
@@ -280,7 +285,8 @@ impl Model {
         let standard = if self.is_implicit() { 1.0 } else { 0.0 };
         let of = if self.rules.stale { earlier.unwrap_or(old) } else { old };
         let u = if self.rules.stale { &of.velocities } else { u };
-        let at = self.point(time, of, u, self.rules.forces_at.unwrap_or(standard));
+        let mut at = self.point(time, of, u, self.rules.forces_at.unwrap_or(standard));
+        at.v.iter_mut().for_each(|v| *v *= self.rules.seen[0]);
         self.with_others(at, earlier)
     }
 
@@ -311,7 +317,7 @@ impl Model {
         let force = self.force_without(at, Some(term));
         let given = |(dof, v): (usize, &f64)| match self.is_held(dof) {
             true => *v,
-            false => v + self.force_coefficient(self.mass[dof]) * force[dof] / self.mass[dof],
+            false => v + self.force_coefficient(dof) * force[dof] / self.mass[dof],
         };
         at.v.iter().enumerate().map(given).collect()
     }
@@ -333,9 +339,8 @@ impl Model {
         };
         let at = self.rules.jacobians_at[usize::from(quantity == Quantity::ByVelocity)];
         let mut at = self.point(time, of, u, at.unwrap_or(1.0));
-        if self.rules.at_rest && quantity == Quantity::ByPosition {
-            at.v.fill(0.0);
-        }
+        let place = 1 + usize::from(quantity == Quantity::ByVelocity);
+        at.v.iter_mut().for_each(|v| *v *= self.rules.seen[place]);
         Some(self.with_others(at, earlier))
     }
 
@@ -448,7 +453,7 @@ impl Model {
         let mut right = DVector::from_fn(size, |dof, _| {
             let kept = self.rules.old * old.velocities[dof];
             let inertia = sign * self.mass[dof].powi(power) * (u[dof] - kept);
-            self.force_coefficient(self.mass[dof]) * force[dof] - inertia
+            self.force_coefficient(dof) * force[dof] - inertia
         });
         if self.rules.stiff_right {
             for (row, right) in right.iter_mut().enumerate() {
@@ -512,8 +517,13 @@ impl Model {
                 Unknowns::Own => first..first + self.dimension,
                 Unknowns::Index => particle..(particle + self.dimension).min(right.len()),
                 Unknowns::Axis(axis) => first + axis..first + axis + 1,
+                Unknowns::ByAxis => 0..self.dimension,
             };
             for dof in dofs {
+                let dof = match unknowns {
+                    Unknowns::ByAxis => dof * self.scene.particles.len() + particle,
+                    _ => dof,
+                };
                 if rows {
                     matrix.row_mut(dof).fill(0.0);
                 }
@@ -706,7 +716,7 @@ impl Model {
             let [of_k, of_b] = self.matrix_coefficients(mass);
             *value *= match quantity {
                 _ if self.fixed[dof] || self.is_limited(dof, &sample.after.velocities) => 0.0,
-                Quantity::Force => -self.force_coefficient(mass),
+                Quantity::Force => -self.force_coefficient(dof),
                 Quantity::ByPosition => -of_k,
                 Quantity::ByVelocity => -of_b,
             };

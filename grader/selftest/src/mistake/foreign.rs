@@ -52,6 +52,10 @@ fn in_forces() -> Vec<Mistake> {
             let d = pair.d();
             -p["k"] * (d.x.abs().max(d.y.abs()) - p["l0"]) * pair.n()
         }),
+        spring.law("by the squares of the lengths", |pair, p| {
+            -p["k"] * (pair.l() * pair.l() - p["l0"] * p["l0"]) * pair.n()
+        }),
+        damping.law("by the relative speed", |pair, p| -p["b"] * pair.w().norm() * pair.n()),
         damping.law("critical: by the root of k", |pair, p| {
             -p["b"] * p["k"].sqrt() * pair.n().dot(&pair.w()) * pair.n()
         }),

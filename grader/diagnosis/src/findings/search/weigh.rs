@@ -39,7 +39,8 @@ impl Search<'_> {
         let mut terms: Vec<Term> = Vec::new();
         let mut integrators: Vec<&'static str> = Vec::new();
         let mut changes: Vec<Change> = Vec::new();
-        let mut silent: Vec<Change> = Vec::new();
+        // What leaves all forces out.
+        let mut silent: Vec<Change> = candidates::taken_as_fixed().into();
         for scene in suspects() {
             for term in scene.scene.forces.iter().flat_map(|element| Term::of(element.schema)) {
                 if !terms.contains(&term) {
@@ -74,11 +75,11 @@ impl Search<'_> {
         silent.retain(|one| self.is_in_most(one));
         let mut found = weighed(changes);
         found.retain(|one| {
-            let is_integrators = silent.iter().any(|other| {
+            let is_of_all = silent.iter().any(|other| {
                 other.explained.is_superset(&one.explained)
                     && one.changes[0].place != other.changes[0].place
             });
-            !is_integrators && self.is_convincing(one)
+            !is_of_all && self.is_convincing(one)
         });
         found.sort_by_key(|one| std::cmp::Reverse(one.score()));
         let mut places: Vec<Place> = Vec::new();

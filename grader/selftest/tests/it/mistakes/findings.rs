@@ -88,7 +88,7 @@ pub(super) fn is_of(finding: &Finding, planted: Feature) -> bool {
 
 /// The number in a guard is between those that the scenes tell apart.
 #[test]
-fn guards_of_forces_are_named_with_their_numbers() {
+fn guards_and_other_formulas_are_named_in_these_words() {
     let inputs = Inputs::of("t1m3");
     let all: Vec<Mistake> = mistake::all().into_iter().chain(mistake::foreign()).collect();
     let expected = [
@@ -108,6 +108,11 @@ fn guards_of_forces_are_named_with_their_numbers() {
             "only on particles with an even number",
             "simplegravity is left out for particles with an odd number (counted from 0)",
         ),
+        (
+            "by the squares of the lengths",
+            "springforce's elastic force has l² − l0² in the place of l − l0",
+        ),
+        ("by the relative speed", "springforce's damping has |w| in the place of n·w"),
         ("free, with a mass of 1e6", "fixed particles are free, with a mass of 1e6"),
     ];
     let found = expected.map(|(description, _)| {

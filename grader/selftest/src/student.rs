@@ -353,10 +353,7 @@ pub fn knows(scene: &Scene) -> bool {
     let is_plane = scene.dimension == Dimension::Two && !by_time;
     match Method::of(scene.integrator.equation) {
         Method::Controlled(_) => false,
-        Method::Rounds => {
-            let is_plain = scene.integrator_options.choice("acceleration") == "none";
-            is_plain && (is_plane || scene.dimension == Dimension::Three)
-        }
+        Method::Rounds => scene.integrator_options.choice("acceleration") == "none",
         _ if is_minimised(scene) => {
             let has_energy =
                 |of: &ForceElement| projected_newton::ENERGIES.contains(&of.schema.tag);

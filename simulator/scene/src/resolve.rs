@@ -28,7 +28,10 @@ pub(super) fn set_options(
         };
         return Err(SceneError::whole_file(file, problem));
     }
-    Ok(())
+    let Some((option, must_be)) = options.excess() else { return Ok(()) };
+    let (integrator, option) = (integrator.name, option.name.to_owned());
+    let text = options.count(&option).to_string();
+    Err(SceneError::whole_file(file, Problem::OptionValue { integrator, option, text, must_be }))
 }
 
 /// An error where the integrator cannot simulate the force.

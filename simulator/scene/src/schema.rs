@@ -661,6 +661,8 @@ pub enum OptionKind {
         least: u64,
         /// Its value if the attribute is missing.
         default: u64,
+        /// The option, also a whole number, that it may not exceed.
+        at_most: Option<&'static str>,
     },
     /// One of several words.
     Choice {
@@ -745,6 +747,15 @@ impl IntegratorOptions {
         let value = self.schema[place].kind.parse(text);
         self.values[place] = value.map_err(|must_be| OptionError::Value { must_be })?;
         Ok(())
+    }
+
+    /// The first option that exceeds another one which it may not, with the description that follows "must be".
+    pub fn excess(&self) -> Option<(&'static OptionSchema, String)> {
+        self.iter().find_map(|(option, value)| {
+            let OptionKind::Count { at_most: Some(other), .. } = option.kind else { return None };
+            let (OptionValue::Count(count), most) = (value, self.count(other)) else { return None };
+            (count > most).then(|| (option, format!("at most {other}, which is {most}")))
+        })
     }
 
     /// Every option with its value, in the order of the schema.

@@ -90,6 +90,11 @@ impl Timeline {
                 }
             }
         }
+        if let Some((option, must_be)) = scene.integrator_options.excess() {
+            let (integrator, option) = (self.integrator.name, option.name.to_owned());
+            let text = scene.integrator_options.count(&option).to_string();
+            return Err(GenerateErrorKind::OptionValue { integrator, option, text, must_be });
+        }
         scene.time_step = match self.time_step {
             Some(time_step) => time_step,
             None if self.is_explicit() => usual.min(round_down(longest_stable(scene))),

@@ -86,9 +86,9 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
             OptionSchema {
                 name: "min_iterations",
                 meaning: "the fewest Newton iterations of a step",
-                kind: OptionKind::Count { least: 0, default: 1 },
+                kind: OptionKind::Count { least: 0, default: 1, at_most: Some("max_iterations") },
                 formats: OptionText {
-                    values: "whole number, 0 or more",
+                    values: "whole number, 0 or more, at most `max_iterations`",
                     meaning: "so many Newton steps are applied even if they are below the tolerance; with 0, a motion that starts slowly may never start, and `simulate` warns of it",
                 },
                 accuracy: &[],
@@ -126,7 +126,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
             OptionSchema {
                 name: "max_iterations",
                 meaning: "the most Newton iterations of a step",
-                kind: OptionKind::Count { least: 1, default: 1000 },
+                kind: OptionKind::Count { least: 1, default: 1000, at_most: None },
                 formats: OptionText {
                     values: "whole number, 1 or more",
                     meaning: "more iterations in one step are an error",
@@ -252,7 +252,6 @@ impl<const D: usize> ProjectedNewton<D> {
                 iterate.fill(0.0);
             }
         }
-        let min_iterations = self.options.min_iterations.min(self.options.max_iterations);
         let mut iterations = 0;
         let (mut step_length, mut halvings) = (None, 0);
         loop {
@@ -261,7 +260,7 @@ impl<const D: usize> ProjectedNewton<D> {
             self.linearisation.solve(system, point, &mut self.delta, statistics)?;
             let update = self.options.norm.of::<D>(&self.delta);
             let is_within = update <= self.options.tolerance;
-            if is_within && iterations >= min_iterations {
+            if is_within && iterations >= self.options.min_iterations {
                 break;
             }
             let not_converged = |update| {

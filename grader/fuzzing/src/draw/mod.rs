@@ -268,6 +268,9 @@ fn options(options: &mut IntegratorOptions, integrator: &IntegratorSchema, choic
         // A value outside of the option's domain leaves the default.
         let _ = options.set(option.name, &text);
     }
+    if options.excess().is_some() {
+        *options = IntegratorOptions::defaults(integrator);
+    }
 }
 
 /// The largest rate of a scene, `√(k/m)` and `b/m` of its elements, is at least this.

@@ -160,6 +160,9 @@ impl Net {
                 };
             }
         }
+        for force in &mut force {
+            force.as_mut_slice()[dimension..].fill(0.0);
+        }
         force
     }
 

@@ -42,7 +42,7 @@ fn campaign(
 }
 
 fn is_found(mistake: &Mistake, seed: u64, time: Duration, scenes: u64) -> Option<Duration> {
-    // In three dimensions the student knows fast mass-spring alone, and there alone the wind.
+    // In three dimensions the student knows fast mass-spring alone.
     let is_of_rounds = mistake.subject.starts_with("fast mass-spring");
     let dimension = if is_of_rounds { Dimension::Three } else { Dimension::Two };
     campaign(mistake.student(), dimension, seed, time, scenes).tally.first.map(|(_, time)| time)

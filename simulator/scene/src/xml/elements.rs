@@ -142,6 +142,9 @@ impl Parser<'_> {
                     return Err(self.out_of_domain(element, option.name, must_be));
                 }
             }
+            if let Some((option, must_be)) = values.excess() {
+                return Err(self.out_of_domain(element, option.name, must_be));
+            }
             options = Some(values);
         }
         Ok((UnresolvedIntegrator { spelling, type_offset, time_step, options }, known))

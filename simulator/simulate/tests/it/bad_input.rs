@@ -250,6 +250,7 @@ fn faults_of_duration_and_integrator_are_refused() {
         dt empty | dt="0.25" | ¶dt="" | dt="" is not a number | 0.5 or 1e-3
         dt a word | dt="0.25" | ¶dt="abc" | dt="abc" is not a number |
         dt with a comma | dt="0.25" | ¶dt="0,25" | dt="0,25" is not a number |
+        more updates than the most | type="symplectic-euler" | type="projected-newton" max_iterations="2" ¶min_iterations="5" | min_iterations="5" must be at most max_iterations, which is 2 | give min_iterations
         dt with a unit | dt="0.25" | ¶dt="0.25s" | dt="0.25s" is not a number |
         "#,
     );
@@ -589,7 +590,7 @@ fn a_failure_after_the_first_states_writes_none_of_them() {
 
 #[test]
 fn wrong_usage_is_refused_before_writing() {
-    let calls: [(&str, &[&str], &str); 15] = [
+    let calls: [(&str, &[&str], &str); 16] = [
         (
             "dt zero",
             &["scene.xml", "--dt", "0"],
@@ -622,6 +623,11 @@ fn wrong_usage_is_refused_before_writing() {
             "diagram as PNG",
             &["scene.xml", "--plot", "x.png"],
             "x.png: diagrams are written as SVG\n  help: give it a name that ends in .svg",
+        ),
+        (
+            "more updates than the most",
+            &["scene.xml", "--integrator", "projected-newton", "--option", "min_iterations=1001"],
+            "takes no min_iterations=\"1001\": it must be at most max_iterations, which is 1000",
         ),
         ("display", &["-s", "scene.xml", "-d", "1"], "invalid value '1' for '-d <0>'"),
         ("two scenes", &["scene.xml", "-s", "scene.xml"], "cannot be used with"),

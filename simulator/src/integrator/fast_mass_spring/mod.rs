@@ -73,7 +73,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
             OptionSchema {
                 name: "iterations",
                 meaning: "rounds of a local and a global step, in each time step",
-                kind: OptionKind::Count { least: 1, default: 50 },
+                kind: OptionKind::Count { least: 1, default: 50, at_most: None },
                 formats: OptionText {
                     values: "whole number, 1 or more",
                     meaning: "rounds in each step",

@@ -219,9 +219,10 @@ impl Rounding {
             }
         }
         let exact = |value: f64| f64::from(value as f32) == value;
-        // Any number with few digits is the decimal of some f32.
-        let single_precision = values().next().is_some()
-            && (values().all(exact) || most > f32::DIGITS as usize && values().all(is_single));
+        // Any number of up to seven digits is the decimal of some f32; most f32 need more.
+        let tells = most > f32::DIGITS as usize + 1;
+        let single_precision =
+            values().next().is_some() && (values().all(exact) || tells && values().all(is_single));
         Self { single_precision, digits: most }
     }
 

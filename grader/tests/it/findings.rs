@@ -298,6 +298,38 @@ fn single_precision_input_is_distinguished_from_rounded_output() {
     assert_eq!(sentence, "reading the scene: the numbers of particles are rounded");
 }
 
+#[test]
+fn a_mistake_beside_numbers_of_seven_digits_is_named() {
+    let rounded = |mut states: Vec<State>| {
+        for State { positions, velocities, .. } in &mut states {
+            for value in positions.iter_mut().chain(velocities) {
+                *value = format!("{value:.6e}").parse().expect("a number");
+            }
+        }
+        states
+    };
+    let change = candidate("dragdamping has the wrong sign");
+    let found = findings(std::slice::from_ref(&change), rounded);
+    let sentences: Vec<String> = found.iter().map(Finding::sentence).collect();
+    assert_eq!(sentences, ["the precision: numbers are rounded to 7 digits", &*change.words]);
+}
+
+#[test]
+fn programs_without_forces_and_with_fixed_particles_alone_are_not_told_apart() {
+    let [fixed, _] = candidates::taken_as_fixed();
+    let found = findings(std::slice::from_ref(&fixed), |states| states);
+    let [finding] = found.as_slice() else { panic!("{found:#?}") };
+    let has = |words: &str| finding.features.iter().any(|feature| feature.to_string() == words);
+    assert!(has("fixed particles") && has("simplegravity") && has("springforce: damping"));
+    let without = findings_of(|scene| {
+        let forces = scene.forces.iter().flat_map(|element| Term::of(element.schema));
+        let mut changes: Vec<Change> = forces.map(candidates::omission).collect();
+        changes.dedup();
+        states(scene, &changes)
+    });
+    assert_eq!(without, found);
+}
+
 /// Whether some scenes are chosen: half of them, whatever is in them.
 fn is_chosen(scene: &Scene) -> bool {
     let sum: f64 = scene.particles.iter().map(|particle| particle.position[0].abs()).sum();

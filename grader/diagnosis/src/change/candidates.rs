@@ -1225,7 +1225,7 @@ pub fn taken_as_fixed() -> [Change; 2] {
         rank: 1,
     };
     [
-        (false, "all particles are taken as fixed"),
+        (false, "no force acts: none is added to the sum, or all particles are taken as fixed"),
         (true, "free particles are taken as fixed, and fixed ones as free"),
     ]
     .map(change)

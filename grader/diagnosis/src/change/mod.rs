@@ -193,6 +193,11 @@ impl Change {
         self.acts_in(scene) && is_its && !is_optional
     }
 
+    /// Whether no force acts with it: a program without any force makes the same traces.
+    pub(crate) fn leaves_all_forces_out(&self) -> bool {
+        self.effect == Effect::Scene(SceneRule::Fixed { exchanged: false })
+    }
+
     /// Whether two statements of a step stand in the wrong order: the method is there.
     pub(crate) fn is_order_of_updates(&self) -> bool {
         let is_either =

@@ -27,6 +27,9 @@ use crate::steps::{self, Evidence, Rounding, WrongSteps};
 /// Error of a linear solver relative to the change of the velocities, where a change makes the system worse.
 const SOLVER: f64 = 1e-10;
 
+/// Relative error of a step in single precision: larger ones have another reason.
+const NEAR: f64 = 1e-4;
+
 /// Numbers of fewer digits than this are not called rounded: few numbers have that many.
 const FEWEST: usize = 3;
 
@@ -103,6 +106,14 @@ impl<'a> SceneEvidence<'a> {
     /// Whether Newton's method solves its steps.
     pub(super) fn is_newton(&self) -> bool {
         matches!(self.scene.integrator.convergence, Convergence::Update(_))
+    }
+
+    /// Whether each sampled step is off by little, relative to the state after it.
+    pub(super) fn is_near(&self) -> bool {
+        self.evidence.iter().all(|Evidence { sample, defect, .. }| {
+            let sizes = [&sample.after.positions, &sample.after.velocities].map(|all| largest(all));
+            (0..2).all(|kind| defect[kind] <= NEAR * sizes[kind])
+        })
     }
 
     /// Whether its steps are evidence of a mistake.

@@ -310,7 +310,7 @@ fn exceptions(
 
 /// The finding on a cause, of this kind. The words of a mere feature are no change.
 fn of_cause(cause: &Cause, kind: FindingKind, scenes: &[Marked<'_>], exceptions: usize) -> Finding {
-    let features: Vec<Feature> =
+    let mut features: Vec<Feature> =
         cause.alternatives.iter().map(|change| change.place.into()).collect();
     let numbers = cause.scenes.iter();
     if kind == FindingKind::Feature {
@@ -318,7 +318,14 @@ fn of_cause(cause: &Cause, kind: FindingKind, scenes: &[Marked<'_>], exceptions:
         let words = features.iter().map(Feature::to_string).collect();
         return Finding::new(kind, features, words, names(numbers.map(|n| &scenes[*n])));
     }
-    let words = cause.alternatives.iter().map(|change| change.words.clone()).collect();
+    let mut words: Vec<String> =
+        cause.alternatives.iter().map(|change| change.words.clone()).collect();
+    if cause.change().leaves_all_forces_out() {
+        let inner = cause.scenes.iter().map(|number| &scenes[*number].scene);
+        let all: BTreeSet<Term> = inner.flat_map(terms).collect();
+        features.extend(all.into_iter().map(|term| Feature::from(Place::Force(term))));
+        words = vec![cause.change().words.clone(); features.len()];
+    }
     let scenes = names(numbers.map(|number| &scenes[*number]));
     let finding = Finding::new(kind, features, words, scenes);
     Finding { open: cause.open, unexplained: exceptions, ..finding }
@@ -404,13 +411,14 @@ fn settle_open(kinds: &mut Vec<(Kind, Vec<usize>)>) {
 }
 
 /// Adds to the finding on the precision the scenes that it explains, although their numbers are off by more than one rounding:
-/// each step is right, or all numbers are in single precision.
+/// each step is right, or nearly so in single precision.
 fn take_rounded(scenes: &mut [Marked<'_>], list: &mut [Finding]) {
     let is_precision = |finding: &&mut Finding| finding.features == [Feature::Precision];
     let Some(finding) = list.iter_mut().find(is_precision) else { return };
     let is_rounded = |scene: &&mut Marked<'_>| {
         let is_open = scene.kind == Some(Kind::Wrong) && !scene.explained && scene.rounding > 0.0;
-        is_open && (scene.steps.wrong == 0 || scene.steps.single_precision)
+        let is_near = || scene.steps.single_precision && scene.is_near();
+        is_open && (scene.steps.wrong == 0 || is_near())
     };
     for scene in scenes.iter_mut().filter(is_rounded) {
         scene.explained = true;

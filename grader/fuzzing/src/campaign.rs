@@ -21,7 +21,7 @@ use scene::schema::IntegratorSchema;
 use crate::cause::{self, Evidence, is_proven};
 use crate::choices::{Choices, mutated};
 use crate::draw::{Drawn, Pair, Scope, draw, pairs, plain, read};
-use crate::judge::{Judge, Judgement, Nothing, Run, Subject, Wrong};
+use crate::judge::{How, Judge, Judgement, Nothing, Run, Subject, Wrong};
 use crate::shrink::{Effort, Shrunk, measure, shrink};
 use crate::symmetry::{self, Symmetry};
 
@@ -81,6 +81,10 @@ pub struct Tally {
     pub nothing: BTreeMap<Nothing, u64>,
     /// Pairs of a feature and a circumstance, or another feature, that were run.
     pub covered: usize,
+    /// Scenes that a program took with others in one run.
+    pub served: u64,
+    /// Scenes in which it is right, and was not with others in one run.
+    pub unlike: u64,
     /// The time.
     pub time: Duration,
     /// When the first failure was found: the number of scenes, and the time.
@@ -271,25 +275,26 @@ pub fn run(
         }
         let numbers = next..(next + BATCH).min(plan.scenes);
         next = numbers.end;
-        let judged: Vec<(u64, Drawn, Judgement, Duration)> = numbers
+        let drawn: Vec<(u64, Drawn)> = numbers
             .into_par_iter()
-            .filter_map(|number| {
-                if is_stopped() {
-                    return None;
-                }
-                let drawn = memory.next(plan, number)?;
-                let judgement = judge.judge(subject, &drawn.scene, &drawn.text);
-                // An interrupt kills programs, which is no failure of theirs.
-                (!is_stopped()).then(|| (number, drawn, judgement, start.elapsed()))
-            })
+            .filter_map(|number| Some((number, memory.next(plan, number)?)))
+            .collect();
+        let share = drawn.len().div_ceil(rayon::current_num_threads());
+        let share = share.clamp(1, subject.at_a_time());
+        let judged: Vec<Judged> = drawn
+            .into_par_iter()
+            .chunks(share)
+            .flat_map_iter(|drawn| judge_all(subject, judge, drawn, start, is_stopped))
             .collect();
         if judged.is_empty() {
             break;
         }
-        for (number, drawn, judgement, time) in judged {
+        for Judged { number, drawn, judgement, how, time } in judged {
             memory.learn(&drawn, &judgement);
             let tally = &mut campaign.tally;
             tally.scenes += 1;
+            tally.served += u64::from(how == How::Served);
+            tally.unlike += u64::from(how == How::Unlike);
             match judgement {
                 Judgement::Right(run) => {
                     tally.right += 1;
@@ -326,6 +331,47 @@ pub fn run(
         (campaign.discoveries, campaign.further) = tested.discoveries(failures, &rights);
     }
     campaign
+}
+
+/// A scene that was judged, and when.
+struct Judged {
+    number: u64,
+    drawn: Drawn,
+    judgement: Judgement,
+    how: How,
+    time: Duration,
+}
+
+/// Judges scenes, in one run of the subject if it can.
+fn judge_all(
+    subject: &dyn Subject,
+    judge: &Judge,
+    drawn: Vec<(u64, Drawn)>,
+    start: Instant,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Vec<Judged> {
+    let expected: Vec<_> = drawn.iter().map(|(_, drawn)| judge.expected(&drawn.scene)).collect();
+    let answered = drawn.iter().zip(&expected).filter(|(_, expected)| expected.is_ok());
+    let runs: Vec<(&Scene, &str)> =
+        answered.map(|((_, drawn), _)| (&drawn.scene, drawn.text.as_str())).collect();
+    let mut served = if is_stopped() { Vec::new() } else { subject.serve(&runs) }.into_iter();
+    let mut all = Vec::new();
+    for ((number, drawn), expected) in drawn.into_iter().zip(expected) {
+        let (judgement, how) = match expected {
+            _ if is_stopped() => break,
+            Err(nothing) => (Judgement::Tells(nothing), How::Alone),
+            Ok(expected) => {
+                let scene = (&drawn.scene, drawn.text.as_str());
+                judge.judge_served(subject, scene, &expected, served.next().flatten())
+            }
+        };
+        // An interrupt kills programs, which is no failure of theirs.
+        if is_stopped() {
+            break;
+        }
+        all.push(Judged { number, drawn, judgement, how, time: start.elapsed() });
+    }
+    all
 }
 
 /// The smallest scene in which a subject fails as in this one, by this cause if it is proven; `None` where it does not fail, or

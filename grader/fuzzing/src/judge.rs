@@ -13,8 +13,8 @@ use fastrand::Rng;
 use grader::compare::calibration::{Calibration, Class, Envelope, calibrate_by};
 use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare, compare_watched};
 use grader::grading::refusal;
-use grader::submission::StateSource;
 use grader::submission::program::{Program, SceneSource};
+use grader::submission::{StateSource, serving};
 use grader::verdict::{Failure, Fault, Quantity, Verdict};
 use reference::laws::Laws;
 use reference::second::{Second, Style};
@@ -70,6 +70,16 @@ pub trait Subject: Sync {
     /// Why there are no states.
     fn start(&self, scene: &Scene, text: &str) -> Result<Box<dyn StateSource>, Verdict>;
 
+    /// The most scenes that it takes in one run.
+    fn at_a_time(&self) -> usize {
+        1
+    }
+
+    /// Starts it on several scenes at once, if it can: `None` for each scene that it is not started on.
+    fn serve(&self, scenes: &[(&Scene, &str)]) -> Vec<Option<Box<dyn StateSource>>> {
+        scenes.iter().map(|_| None).collect()
+    }
+
     /// Whether it is one program, which transformed scenes test. The built-in simulator on transformed scenes is not.
     fn has_symmetries(&self) -> bool {
         true
@@ -83,6 +93,21 @@ impl Subject for Program {
             Verdict::Fail(failure) => Verdict::Fail(refusal(scene, "xml", failure)),
             other => other,
         })
+    }
+
+    fn at_a_time(&self) -> usize {
+        if self.serves() { serving::MOST } else { 1 }
+    }
+
+    fn serve(&self, scenes: &[(&Scene, &str)]) -> Vec<Option<Box<dyn StateSource>>> {
+        let shapes: Vec<(&str, Shape)> =
+            scenes.iter().map(|(scene, text)| (*text, Shape::of(scene))).collect();
+        // A run of its own says why it could not be run.
+        let served = self.serve(&shapes).unwrap_or_default().into_iter();
+        let boxed = |run| Box::new(run) as Box<dyn StateSource>;
+        let mut all: Vec<_> = served.map(|run| run.map(boxed)).collect();
+        all.resize_with(scenes.len(), || None);
+        all
     }
 }
 
@@ -99,6 +124,17 @@ pub enum Judgement {
     Wrong(Box<Wrong>),
     /// It could not be run, through no fault of its own.
     Fault(Fault),
+}
+
+/// How a program was run on a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum How {
+    /// By itself.
+    Alone,
+    /// Among other scenes in one process.
+    Served,
+    /// By itself, and right; among other scenes, it was not.
+    Unlike,
 }
 
 /// Why a scene tells nothing.
@@ -173,11 +209,42 @@ impl Default for Judge {
 impl Judge {
     /// Runs and judges a subject on a scene.
     pub fn judge(&self, subject: &dyn Subject, scene: &Scene, text: &str) -> Judgement {
-        let Ok(expected) = simulate(scene) else { return Judgement::Tells(Nothing::NoAnswer) };
-        if !expected.iter().all(|state| self.is_ordinary(state)) {
-            return Judgement::Tells(Nothing::Explodes);
+        match self.expected(scene) {
+            Ok(expected) => self.judge_states(scene, &expected, || subject.start(scene, text)),
+            Err(nothing) => Judgement::Tells(nothing),
         }
-        self.judge_states(scene, &expected, || subject.start(scene, text))
+    }
+
+    /// The states of a scene by our own simulator.
+    ///
+    /// # Errors
+    /// Why the scene tells nothing.
+    pub fn expected(&self, scene: &Scene) -> Result<Vec<State>, Nothing> {
+        let expected = simulate(scene).map_err(|_| Nothing::NoAnswer)?;
+        if expected.iter().all(|state| self.is_ordinary(state)) {
+            Ok(expected)
+        } else {
+            Err(Nothing::Explodes)
+        }
+    }
+
+    /// Judges a run among others of the same process, if there is one, and otherwise or where that is not right, one by itself.
+    /// The second value says which it was.
+    pub fn judge_served(
+        &self,
+        subject: &dyn Subject,
+        (scene, text): (&Scene, &str),
+        expected: &[State],
+        served: Option<Box<dyn StateSource>>,
+    ) -> (Judgement, How) {
+        let judged = served.map(|source| self.judge_states(scene, expected, || Ok(source)));
+        if let Some(judged @ Judgement::Right(_)) = judged {
+            return (judged, How::Served);
+        }
+        let wrong = matches!(judged, Some(Judgement::Wrong(_)));
+        let alone = self.judge_states(scene, expected, || subject.start(scene, text));
+        let is_unlike = wrong && matches!(alone, Judgement::Right(_));
+        (alone, if is_unlike { How::Unlike } else { How::Alone })
     }
 
     /// Judges the states that `start` yields against these.

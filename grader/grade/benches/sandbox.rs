@@ -24,6 +24,7 @@ fn main() {
         program: NOTHING.into(),
         arguments: Vec::new(),
         folder: scratch,
+        input: None,
         keep: Keep::File("nothing".to_owned(), folder.path().join("nothing")),
         readable: Vec::new(),
         limits: Limits::default(),

@@ -484,6 +484,7 @@ fn run_nothing(count: usize) {
         program: nothing.into(),
         arguments: Vec::new(),
         folder: scratch,
+        input: None,
         keep: Keep::File("nothing".to_owned(), folder.path().join("nothing")),
         readable: Vec::new(),
         limits: Limits::default(),

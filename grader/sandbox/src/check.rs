@@ -138,6 +138,7 @@ fn test(
         program: program.clone(),
         arguments: vec![CHECK.into(), targets.into()],
         folder: working,
+        input: None,
         keep: Keep::File("nothing".to_owned(), folder.path().join("nothing")),
         readable: vec![program],
         limits,

@@ -3,6 +3,7 @@
 
 use std::env;
 use std::ffi::OsString;
+use std::fs::File;
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -153,6 +154,7 @@ fn start(Order { walls, job, .. }: &Order) -> io::Result<Child> {
     let folders = writable(job, walls.namespaces);
     let working = &folders[0];
     let temporary = if walls.namespaces.exist() { "/tmp".into() } else { working.clone() };
+    let input = job.input.as_ref().map(|name| File::open(working.join(name))).transpose()?;
     let mut command = Command::new(&job.program);
     command
         .args(&job.arguments)
@@ -162,7 +164,7 @@ fn start(Order { walls, job, .. }: &Order) -> io::Result<Child> {
         .env("LANG", "C.UTF-8")
         .env("HOME", working)
         .env("TMPDIR", temporary)
-        .stdin(Stdio::null())
+        .stdin(input.map_or_else(Stdio::null, Stdio::from))
         .process_group(0);
     spawn(&mut command)
 }
@@ -192,7 +194,7 @@ fn limit_processes(Order { walls, job, user }: &Order) -> rustix::io::Result<()>
     at_most(
         Resource::Nofile,
         match job.keep {
-            Keep::File(..) => OPEN_FILES,
+            Keep::File(..) | Keep::Each(..) => OPEN_FILES,
             Keep::Tree(_) => OPEN_FILES_OF_BUILDS,
         },
     )?;

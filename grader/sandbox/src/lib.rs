@@ -98,6 +98,8 @@ pub struct Job {
     pub arguments: Vec<OsString>,
     /// Absolute path of the folder whose content appears in its working directory.
     pub folder: PathBuf,
+    /// The file in its working directory that is its standard input; without it, that is empty.
+    pub input: Option<String>,
     /// The files to keep from its working directory.
     pub keep: Keep,
     /// Canonical paths of files and folders it may read, in addition to the system's.
@@ -106,15 +108,24 @@ pub struct Job {
     pub limits: Limits,
 }
 
-/// The files to keep from a run that ends with exit status 0. All others in its working directory are discarded.
+/// The files to keep from a run. All others in its working directory are discarded.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Keep {
-    /// One regular file with this name, copied to this path.
+    /// One regular file with this name, copied to this path, if the exit status is 0.
     File(String, PathBuf),
-    /// A build: the working directory has the path of the job's folder, and its regular files, folders and links are
+    /// The regular files that there are with these names, however the run ends, copied to this folder.
+    Each(Vec<String>, PathBuf),
+    /// A build, if the exit status is 0: the working directory has the path of the job's folder, and its regular files, folders and links are
     /// copied to this path. Files have the mode 644, or 755 where they may be executed.
     Tree(PathBuf),
+}
+
+impl Keep {
+    /// Whether anything is kept of a run that ends so.
+    fn is_due(&self, end: &End) -> bool {
+        *end == End::Exited(0) || matches!(self, Self::Each(..))
+    }
 }
 
 /// Why no file was kept.
@@ -267,7 +278,7 @@ impl Output {
 pub struct Outcome {
     /// How it ended.
     pub end: End,
-    /// Whether the files to keep were there. A run that does not end with exit status 0 keeps no files.
+    /// Whether the files to keep were there.
     pub kept: Result<(), NotKept>,
     /// Its standard output.
     pub stdout: Printed,
@@ -423,6 +434,13 @@ fn spawn(command: &mut Command) -> io::Result<Child> {
 fn keep(working: &tree::Opened, job: &Job) -> Result<(), NotKept> {
     match &job.keep {
         Keep::File(name, to) => tree::copy_file(working, name, to, job.limits.trace),
+        Keep::Each(names, to) => {
+            for name in names {
+                // One that is missing, or no regular file, is not kept.
+                let _ = tree::copy_file(working, name, &to.join(name), job.limits.trace);
+            }
+            Ok(())
+        }
         Keep::Tree(to) => {
             let bounds = tree::Bounds { bytes: job.limits.trace, entries: job.limits.files };
             let create = || -> io::Result<_> {

@@ -1,5 +1,6 @@
 //! Run without protection: enforces time and output limits, and ends the program with its children.
 
+use std::fs::File;
 use std::io::{self, Read};
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -24,7 +25,10 @@ pub(super) fn run(job: &Job) -> Result<Outcome, SandboxError> {
     let fail = |error: io::Error| SandboxError(error.to_string());
     let mut command = Command::new(&job.program);
     command.args(&job.arguments).current_dir(&job.folder);
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let input = job.input.as_ref().map(|name| File::open(job.folder.join(name)));
+    let input = input.transpose().map_err(fail)?;
+    command.stdin(input.map_or_else(Stdio::null, Stdio::from));
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut program = match Group::start(command) {
         Ok(program) => program,
         Err(error) => {
@@ -45,7 +49,7 @@ pub(super) fn run(job: &Job) -> Result<Outcome, SandboxError> {
         std::thread::sleep(FIRST_PAUSE);
     }
     let kept = match end {
-        End::Exited(0) => {
+        _ if job.keep.is_due(&end) => {
             let working = tree::open_folder(&job.folder).map_err(fail)?;
             keep(&working, job)
         }

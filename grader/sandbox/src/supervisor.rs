@@ -345,7 +345,7 @@ impl Run {
             self.end().map_err(fail)?;
         }
         let kept = match (&end, &self.working) {
-            (End::Exited(0), Some(working)) => keep(working, &self.job),
+            (end, Some(working)) if self.job.keep.is_due(end) => keep(working, &self.job),
             _ => Err(NotKept::Missing),
         };
         // The tmpfs exists as long as the directory is open.

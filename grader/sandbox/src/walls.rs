@@ -116,7 +116,7 @@ pub(super) fn system() -> Vec<PathBuf> {
 pub(super) fn writable(job: &Job, namespaces: Namespaces) -> Vec<PathBuf> {
     match (namespaces, &job.keep) {
         (Namespaces::None, _) => vec![job.folder.clone()],
-        (_, Keep::File(..)) => WRITABLE.map(PathBuf::from).to_vec(),
+        (_, Keep::File(..) | Keep::Each(..)) => WRITABLE.map(PathBuf::from).to_vec(),
         (_, Keep::Tree(_)) => {
             let mut folders = vec![job.folder.clone()];
             folders.extend(WRITABLE.map(PathBuf::from));

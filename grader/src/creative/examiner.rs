@@ -182,6 +182,7 @@ impl Examiner {
             program: self.program.clone(),
             arguments: arguments.map(OsString::from).into(),
             folder: folder.to_path_buf(),
+            input: None,
             keep: Keep::File(RESULT.to_owned(), path.clone()),
             readable: vec![self.program.clone()],
             limits: self.limits,

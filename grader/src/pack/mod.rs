@@ -421,7 +421,7 @@ impl Pack {
             needs: file.hand_in.needs.into_iter().map(|need| need.into_inner().into()).collect(),
             starter,
             project,
-            recipe: Recipe { build, run: run.into_inner(), format: file.run.format },
+            recipe: Recipe { build, run: run.into_inner(), serve: None, format: file.run.format },
             functions,
             readable,
             examples: file.example.into_iter().map(example).collect(),

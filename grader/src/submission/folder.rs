@@ -4,6 +4,7 @@
 //! name = "Ada"                                       # optional, as is `build`
 //! build = ["make"]
 //! run = ["./simulate", "{scene}", "-o", "{trace}"]
+//! serve = ["./simulate", "--serve"]                  # optional; many scenes in one run
 //! format = "csv"                                     # or "fosssim", the course's binary
 //! assignment = "t1m3"                                # optional; the assignment to grade
 //! ```
@@ -22,7 +23,7 @@ use scene::trace::TraceFormat;
 use serde::Deserialize;
 
 use super::hand_in::{HandIn, HandInError};
-use super::program::{CommandLine, HOME, Program, Runner, failure_of_run};
+use super::program::{CommandLine, HOME, Program, Runner, Serving, failure_of_run};
 use crate::boundary::door::Door;
 use crate::boundary::printed::{RawUse, Untrusted};
 use crate::verdict::{BuildFailure, Failure};
@@ -39,6 +40,7 @@ pub struct SubmissionManifest {
     name: Option<Untrusted>,
     build: Option<Vec<String>>,
     run: Vec<String>,
+    serve: Option<Vec<String>>,
     #[serde(default)]
     format: ManifestFormat,
     assignment: Option<Untrusted>,
@@ -63,6 +65,8 @@ pub(crate) struct Recipe {
     pub(crate) build: Vec<Vec<String>>,
     /// The command that runs it.
     pub(crate) run: Vec<String>,
+    /// The command that serves many scenes, if there is one.
+    pub(crate) serve: Option<Vec<String>>,
     /// The format of its traces.
     pub(crate) format: ManifestFormat,
 }
@@ -134,7 +138,8 @@ pub fn open(
     let copy = scratch_folder().map_err(FolderError::NotCopied)?;
     files.copy_to(&copy.path().join(HOME)).map_err(refused)?;
     let build = manifest.build.into_iter().collect();
-    let recipe = Recipe { build, run: manifest.run, format: manifest.format };
+    let SubmissionManifest { run, serve, format, .. } = manifest;
+    let recipe = Recipe { build, run, serve, format };
     self::build(manifest.name.as_ref().unwrap_or(name), copy, &recipe, runner, build_limits)
 }
 
@@ -161,6 +166,8 @@ pub(crate) fn build(
     }
     runner.readable.push(home.clone());
     let CommandLine { program, arguments } = CommandLine::of(&recipe.run, &home);
+    let serving = recipe.serve.as_ref().map(|serve| CommandLine::of(serve, &home));
+    let serving = serving.map(|serve| Arc::new(Serving::new(serve)));
     let format = match recipe.format {
         ManifestFormat::Csv => TraceFormat::Csv,
         ManifestFormat::Fosssim => TraceFormat::Fosssim,
@@ -170,6 +177,7 @@ pub(crate) fn build(
         name,
         path: program,
         arguments,
+        serving,
         format,
         runner,
         copy,
@@ -214,8 +222,11 @@ impl SubmissionManifest {
             let start = error.span().map_or(0, |span| span.start).min(text.len());
             invalid(1 + text[..start].matches('\n').count(), error.message().to_owned())
         })?;
-        let build = manifest.build.as_ref().map_or(Ok(()), |build| check_command("build", build));
-        build
+        let check = |key, command: &Option<Vec<String>>| {
+            command.as_ref().map_or(Ok(()), |command| check_command(key, command))
+        };
+        check("build", &manifest.build)
+            .and_then(|()| check("serve", &manifest.serve))
             .and_then(|()| check_run("run", &manifest.run))
             .map_err(|message| invalid(1, message))?;
         Ok(manifest)
@@ -276,6 +287,7 @@ fn run_build(
         program,
         arguments: arguments.into_iter().map(Into::into).collect(),
         folder: home.to_path_buf(),
+        input: None,
         keep: Keep::Tree(built.clone()),
         readable: runner.readable.clone(),
         limits,

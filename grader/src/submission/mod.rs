@@ -7,6 +7,7 @@ pub mod init;
 pub mod kept;
 pub mod program;
 pub mod received;
+pub mod serving;
 
 pub mod builtin;
 mod traces;

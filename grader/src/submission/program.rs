@@ -7,7 +7,7 @@
 //! ours        PROGRAM scene.xml -o trace.csv             trace: CSV
 //! ```
 //!
-//! Each run has its own scratch folder as working directory, which is removed once the states have been read. No shell
+//! A program that offers it takes many scenes in one run (`serving.rs`). Each run has its own scratch folder as working directory, which is removed once the states have been read. No shell
 //! is involved. Whatever a program does, the result is a stream of states or a named failure. Only a failure of the
 //! grader or its machine is a fault.
 
@@ -15,6 +15,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
 use std::time::Instant;
 
 use scene::Dimension;
@@ -41,12 +42,37 @@ const GREETING: &str = r#"<scene>
 </scene>
 "#;
 
+/// The shape of its states.
+pub(super) const GREETED: Shape = Shape { dimension: Dimension::Two, n_particles: 1 };
+
 /// The velocity in that scene.
 const GREETED_VELOCITY: [f64; 2] = [2.0, 0.5];
 
 /// Integrators that all take the same step in that scene; a program needs to know only one of them.
 const GREETING_METHODS: [&str; 4] =
     ["explicit-euler", "symplectic-euler", "forward-backward-euler", "linearized-implicit-euler"];
+
+/// The minimal scene by each of these integrators.
+pub(super) fn greetings() -> impl Iterator<Item = String> {
+    GREETING_METHODS.iter().map(|method| GREETING.replace(GREETING_METHODS[0], method))
+}
+
+/// Whether the first state of a run is that of the minimal scene.
+///
+/// # Errors
+/// The failure, if not.
+pub(super) fn greeted(mut run: ProgramRun) -> Result<(), Failure> {
+    let mut state = State::zeros(GREETED);
+    if !run.read(&mut state)? {
+        return Err(Failure::malformed(FormFault::Empty));
+    }
+    // The particle keeps its velocity. Other mistakes are judged in the scenes.
+    let found = [state.positions, state.velocities].concat();
+    if !GREETED_VELOCITY.iter().any(|value| found.contains(value) || found.contains(&-value)) {
+        return Err(Failure::malformed(FormFault::NoVelocity(GREETED_VELOCITY)));
+    }
+    Ok(())
+}
 
 /// Placeholder in arguments for the scene's file.
 const SCENE: &str = "{scene}";
@@ -63,8 +89,8 @@ const FOLDER: &str = "{folder}";
 /// The folder of a program in its scratch folder.
 pub(crate) const HOME: &str = "folder";
 
-/// The file of the calls of functions, and that of what they give.
-const CALLS: &str = "calls.txt";
+/// The file of the calls of functions or of served scenes, and that of what functions give.
+pub(super) const CALLS: &str = "calls.txt";
 const ANSWERS: &str = "answers.txt";
 
 /// Settings for running programs.
@@ -101,12 +127,28 @@ pub struct Program {
     pub(super) path: PathBuf,
     /// In which `{scene}` and `{trace}` stand for files.
     pub(super) arguments: Vec<String>,
+    pub(super) serving: Option<Arc<Serving>>,
     pub(super) format: TraceFormat,
     pub(super) runner: Runner,
     /// The folder that it was built in; it lives as long as the program.
     pub(super) copy: Option<Arc<Scratch>>,
     /// What a pack took from the hand-in, in words.
     pub(crate) taken: Option<Untrusted>,
+}
+
+/// How a program takes many scenes in one run (`serving.rs`).
+#[derive(Debug)]
+pub(super) struct Serving {
+    pub(super) program: PathBuf,
+    pub(super) arguments: Vec<String>,
+    /// Runs that exceeded a limit.
+    pub(super) exceeded: AtomicU32,
+}
+
+impl Serving {
+    pub(super) fn new(CommandLine { program, arguments }: CommandLine) -> Self {
+        Self { program, arguments, exceeded: AtomicU32::default() }
+    }
 }
 
 /// A calling convention.
@@ -189,7 +231,8 @@ impl Program {
         // An absolute path, because each run has another working directory.
         let path = scene::input::real_path(path).unwrap_or_else(|_| path.to_path_buf());
         let (arguments, format) = (Vec::new(), TraceFormat::Csv);
-        let mut program = Self { name, path, arguments, format, runner, copy: None, taken: None };
+        let (copy, serving, taken) = (None, None, None);
+        let mut program = Self { name, path, arguments, serving, format, runner, copy, taken };
         // The sandbox's own user may lack permission to read the original.
         if program.runner.sandbox.has_own_user() {
             let copy = scratch_folder().map_err(SandboxError::no_scratch)?;
@@ -207,8 +250,7 @@ impl Program {
         }
         program.runner.readable.push(program.path.clone());
         let mut failures: [Option<Failure>; 2] = [None, None];
-        for method in GREETING_METHODS {
-            let scene = GREETING.replace(GREETING_METHODS[0], method);
+        for scene in greetings() {
             for (dialect, failure) in Dialect::ALL.into_iter().zip(&mut failures) {
                 program.arguments = dialect.arguments();
                 program.format = dialect.format();
@@ -288,6 +330,11 @@ impl Program {
         self
     }
 
+    /// Whether its call is one of the two that need no `submission.toml`.
+    pub(super) fn is_called_as_usual(&self) -> bool {
+        Dialect::ALL.iter().any(|dialect| dialect.arguments() == self.arguments)
+    }
+
     /// The program's name in reports: its path, as given.
     pub fn name(&self) -> &Untrusted {
         &self.name
@@ -348,6 +395,7 @@ impl Program {
             program,
             arguments: arguments.into_iter().map(argument).collect(),
             folder,
+            input: None,
             keep: Keep::File(ANSWERS.to_owned(), workspace.trace()),
             readable: self.runner.readable.clone(),
             limits: self.runner.limits,
@@ -378,18 +426,7 @@ impl Program {
     }
 
     fn greet(&self, scene: &str) -> Result<(), RunError> {
-        let shape = Shape { dimension: Dimension::Two, n_particles: 1 };
-        let mut run = self.try_run(SceneSource::Xml(scene), shape, 0)?;
-        let mut state = State::zeros(shape);
-        if !run.read(&mut state)? {
-            return Err(Failure::malformed(FormFault::Empty).into());
-        }
-        // The particle keeps its velocity. Other mistakes are judged in the scenes.
-        let found = [state.positions, state.velocities].concat();
-        if !GREETED_VELOCITY.iter().any(|value| found.contains(value) || found.contains(&-value)) {
-            return Err(Failure::malformed(FormFault::NoVelocity(GREETED_VELOCITY)).into());
-        }
-        Ok(())
+        Ok(greeted(self.try_run(SceneSource::Xml(scene), GREETED, 0)?)?)
     }
 
     /// Inputs of a run other than the program: the arguments without the names of scratch folders, and the scene.
@@ -427,7 +464,7 @@ impl Program {
     ) -> Result<ProgramRun, RunError> {
         let workspace = self.end(scene, before)?.map_err(Failure::Run)?;
         let reader = self.open_trace(&workspace.trace(), scene, shape)?;
-        Ok(ProgramRun { reader, workspace, _copy: self.copy.clone() })
+        Ok(ProgramRun { reader, workspace: Arc::new(workspace), _copy: self.copy.clone() })
     }
 
     /// How a run ends: as it did before where that is kept. The workspace holds its trace.
@@ -473,19 +510,17 @@ impl Program {
             return Ok(Err(failure));
         }
         let workspace = Workspace::new(scene).map_err(SandboxError::no_scratch)?;
-        let trace = match self.format {
-            TraceFormat::Csv => "trace.csv",
-            TraceFormat::Fosssim => "trace.bin",
-        };
+        let trace = format!("trace.{}", extension(self.format));
         let argument = |argument: &String| {
-            let named = argument.replace(SCENE, scene.name()).replace(TRACE, trace);
+            let named = argument.replace(SCENE, scene.name()).replace(TRACE, &trace);
             named.replace(SOLVER, scene.solver()).into()
         };
         let job = Job {
             program: self.path_for(scene.solver()),
             arguments: self.arguments.iter().map(argument).collect(),
             folder: workspace.folder(),
-            keep: Keep::File(trace.to_owned(), workspace.trace()),
+            input: None,
+            keep: Keep::File(trace.clone(), workspace.trace()),
             readable: self.runner.readable.clone(),
             limits: self.runner.limits,
         };
@@ -498,8 +533,16 @@ impl Program {
             return Ok(Err(failure_of_run(&outcome, &job, &self.runner.sandbox)));
         }
         let Err(reason) = outcome.kept.clone() else { return Ok(Ok(workspace)) };
-        let end = RunEnd::NoTrace { file: trace.to_owned(), reason };
+        let end = RunEnd::NoTrace { file: trace, reason };
         Ok(Err(RunFailure { end, output: last_output(&outcome, &self.runner.sandbox) }))
+    }
+}
+
+/// The extension of a trace's file.
+pub(super) fn extension(format: TraceFormat) -> &'static str {
+    match format {
+        TraceFormat::Csv => "csv",
+        TraceFormat::Fosssim => "bin",
     }
 }
 
@@ -549,12 +592,12 @@ impl Workspace {
     }
 
     /// The program's working directory.
-    fn folder(&self) -> PathBuf {
+    pub(super) fn folder(&self) -> PathBuf {
         self.0.path().join("scratch")
     }
 
-    /// The path where its trace is kept.
-    fn trace(&self) -> PathBuf {
+    /// The path where its trace is kept, or the folder of several.
+    pub(super) fn trace(&self) -> PathBuf {
         self.0.path().join("trace")
     }
 }
@@ -623,9 +666,9 @@ impl From<SandboxError> for RunError {
 
 /// The states of one run. Its scratch folder lives as long.
 pub struct ProgramRun {
-    reader: Box<dyn TraceReader>,
-    workspace: Workspace,
-    _copy: Option<Arc<Scratch>>,
+    pub(super) reader: Box<dyn TraceReader>,
+    pub(super) workspace: Arc<Workspace>,
+    pub(super) _copy: Option<Arc<Scratch>>,
 }
 
 impl StateSource for ProgramRun {

@@ -75,7 +75,7 @@ struct Cli {
     command: Option<Task>,
 
     /// Scene file (XML, or JSON beside OBJ)
-    #[arg(value_name = "SCENE", required_unless_present = "scene_option")]
+    #[arg(value_name = "SCENE", required_unless_present_any = ["scene_option", "serve"])]
     scene: Option<PathBuf>,
 
     /// Trace file to write; without it the scene is simulated and nothing is written
@@ -135,6 +135,10 @@ struct Cli {
     /// Print statistics of the run: evaluations, factorisations, iterations, solver, residual
     #[arg(long)]
     stats: bool,
+
+    /// Simulate many scenes in one process: read lines `SCENE TRACE` from standard input, up to the first one that fails
+    #[arg(long, conflicts_with_all = ["scene", "scene_option", "output", "energy", "iterations", "plot", "convergence", "stats", "FilmArgs"])]
+    serve: bool,
 
     #[command(flatten)]
     reading: Reading,
@@ -217,7 +221,7 @@ impl<E: std::error::Error> From<E> for Failure {
 fn main() -> ExitCode {
     let command = Cli::command().after_help(registry_help());
     let matches = command.get_matches();
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let mut cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     std::panic::set_hook(Box::new(|panic| {
         print_message(
             "internal error",
@@ -229,6 +233,7 @@ fn main() -> ExitCode {
     let task = || match &cli.command {
         Some(Task::Generate(options)) => generate::run(options),
         Some(Task::View(options)) => view::run(options),
+        None if cli.serve => serve(&mut cli),
         None => run(&cli),
     };
     // Nothing is used after a panic.
@@ -244,6 +249,22 @@ fn main() -> ExitCode {
         }
         Err(_) => ExitCode::from(3),
     }
+}
+
+/// Simulates the scenes that the standard input names, each to the end of its trace before the next one.
+fn serve(cli: &mut Cli) -> Result<(), Failure> {
+    for (number, line) in io::stdin().lines().enumerate() {
+        let line = line.map_err(|error| Failure::Input(format!("standard input: {error}")))?;
+        let Some((scene, trace)) = line.split_once(' ') else {
+            return Err(Failure::Input(format!(
+                "standard input:{}: no trace is named\n  help: write a scene and its trace, such as a.xml a.csv",
+                number + 1
+            )));
+        };
+        (cli.scene, cli.output) = (Some(scene.into()), Some(trace.into()));
+        run(cli)?;
+    }
+    Ok(())
 }
 
 fn run(cli: &Cli) -> Result<(), Failure> {

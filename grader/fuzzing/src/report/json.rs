@@ -40,6 +40,10 @@ struct JsonRun<'a> {
     refused: u64,
     /// Scenes that tell nothing.
     undecided: u64,
+    /// Scenes that the program took with others in one run.
+    served: u64,
+    /// Scenes in which it is right, and was not with others in one run.
+    right_alone: u64,
     /// Pairs of a feature and a circumstance, or another feature, that were run.
     covered_pairs: usize,
     /// Kinds of failures, the most frequent first.
@@ -115,6 +119,8 @@ fn run((name, campaign): &(String, Campaign)) -> JsonRun<'_> {
         wrong: tally.wrong,
         refused: tally.refused,
         undecided: tally.nothing.values().sum(),
+        served: tally.served,
+        right_alone: tally.unlike,
         covered_pairs: tally.covered,
         discoveries: discoveries.iter().map(found).collect(),
         further_kinds: *further,

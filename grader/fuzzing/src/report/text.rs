@@ -55,6 +55,13 @@ pub fn summary(tally: &Tally, seed: u64) -> String {
         };
         parts.push(format!("{count} {words}"));
     }
+    let served = match (tally.served, tally.unlike) {
+        (0, 0) => String::new(),
+        (served, 0) => format!("; {served} of them served"),
+        (served, unlike) => format!(
+            "; {served} of them served, and {unlike} right by a run of their own alone: the program keeps something from one scene to the next"
+        ),
+    };
     let first = match tally.first {
         Some((scenes, time)) => {
             format!("; the first failure after {scenes} scenes, {:.1} s", time.as_secs_f64())
@@ -62,7 +69,7 @@ pub fn summary(tally: &Tally, seed: u64) -> String {
         None => String::new(),
     };
     format!(
-        "{} scenes in {seconds:.1} s ({rate:.0} a second), seed {seed}: {}; {} pairs of features and circumstances{first}",
+        "{} scenes in {seconds:.1} s ({rate:.0} a second), seed {seed}: {}{served}; {} pairs of features and circumstances{first}",
         tally.scenes,
         parts.join(", "),
         tally.covered,

@@ -204,7 +204,8 @@ impl FuzzArgs {
         let program = open_measured(path, &self.run)?;
         let is_set = |name: &str| self.run.limit.iter().any(|(set, _)| set == name);
         let short = ["cpu", "wall"].into_iter().filter(|name| !is_set(name));
-        Ok(program.with_limits(&short.map(|name| (name, SECONDS)).collect::<Vec<_>>()))
+        let program = program.with_limits(&short.map(|name| (name, SECONDS)).collect::<Vec<_>>());
+        program.asked_to_serve().map_err(Stop::fault)
     }
 
     /// Whether each run is shown when it ends.

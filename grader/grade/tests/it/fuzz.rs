@@ -49,6 +49,53 @@ fn a_mistake_is_found_shrunk_and_kept_and_a_right_program_passes() {
     assert_eq!(found().stdout, run.stdout);
 }
 
+/// A submission whose runs are those of a right program, and which serves by this script; `$1` is its folder.
+fn serving(name: &str, script: &str) -> String {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    student::compile(&folder, "");
+    let call = r#""{folder}/student", "-s", "{scene}", "-d", "0", "-o", "{trace}""#;
+    let manifest = format!(
+        "run = [{call}]\nserve = [\"sh\", \"{{folder}}/serve.sh\", \"{{folder}}\"]\nformat = \"fosssim\"\n"
+    );
+    fs::write(folder.join("submission.toml"), manifest).unwrap();
+    fs::write(folder.join("serve.sh"), script).unwrap();
+    folder.to_str().unwrap().to_owned()
+}
+
+/// What a program serves is taken where it is right alone: whatever a served run does, the counts are those of plain starts.
+#[test]
+fn failures_of_served_runs_are_confirmed_by_plain_starts() {
+    let each = |body: &str| format!("while read -r scene trace; do {body}; done");
+    let call = r#""$1/student" -s "$scene" -d 0 -o "$trace""#;
+    let scripts = [
+        ("right", each(call)),
+        ("wrong", each(&format!("MISTAKE='no h v ahead' {call}"))),
+        // It ends at every third scene, with a trace that is cut.
+        ("crash", each(&format!("n=$((n + 1)); [ $n = 3 ] && echo 1 > $trace && exit 1; {call}"))),
+        ("silent", "exit 0".to_owned()),
+        ("hang", each("sleep 60")),
+    ];
+    let mut counts = Vec::new();
+    for (name, script) in scripts {
+        let submission = serving(&format!("fuzz-served-{name}"), &script);
+        let options = ["--assignment", "t1m3", "--seed", "1", "--scenes", "96", "--format", "json"];
+        let run = fuzz(&[&[&*submission, "--limit", "wall=1"], &options[..]].concat());
+        assert_eq!(run.code, 0, "{name}: {}{}", run.stdout, run.stderr);
+        let report: Value = serde_json::from_str(&run.stdout).unwrap();
+        assert_fits("fuzzing.schema.json", &report);
+        let of = |key: &str| report["runs"][0][key].as_u64().unwrap();
+        counts.push([of("right"), of("wrong"), of("refused"), of("undecided")]);
+        let (served, alone) = (of("served"), of("right_alone"));
+        match name {
+            "right" => assert!(served > 60 && alone == 0, "{name}: {served}, {alone}"),
+            "wrong" => assert!(alone > 10, "{name}: {served}, {alone}"),
+            "crash" => assert!(served > 30, "{name}: {served}, {alone}"),
+            _ => assert_eq!([served, alone], [0, 0], "{name}"),
+        }
+    }
+    assert!(counts.iter().all(|found| *found == counts[0]), "{counts:?}");
+}
+
 #[test]
 fn an_interrupted_run_prints_what_it_has() {
     let [wrong, _] = programs("fuzz-interrupted", "no h v ahead");

@@ -26,6 +26,32 @@ fn passes_the_simplest_group(language: Language, readable: &[&str]) {
     grade.arg(&submission).args(["--only", "Inertia", "--root"]).arg(root()).args(readable);
     let graded = grade.output().unwrap();
     assert_eq!(graded.status.code(), Some(0), "{}: {graded:?}", language.name());
+    assert_served(&submission);
+}
+
+/// Asserts that a skeleton in one file serves two scenes as it simulates one.
+fn assert_served(submission: &Path) {
+    let manifest = std::fs::read_to_string(submission.join("submission.toml")).unwrap();
+    let manifest: toml::Table = toml::from_str(&manifest).unwrap();
+    let scene = root().join("assets/Inertia/another-hand-symplectic.xml");
+    std::fs::copy(scene, submission.join("scene.xml")).unwrap();
+    std::fs::write(submission.join("calls"), "scene.xml 0.csv\nscene.xml 1.csv\n").unwrap();
+    let call = |key: &str| {
+        let Some(words) = manifest.get(key).and_then(toml::Value::as_array) else { return };
+        let word = |word: &toml::Value| {
+            let word = word.as_str().unwrap().replace("{folder}", ".");
+            word.replace("{scene}", "scene.xml").replace("{trace}", "trace.csv")
+        };
+        let words: Vec<String> = words.iter().map(word).collect();
+        let calls = std::fs::File::open(submission.join("calls")).unwrap();
+        let mut command = Command::new(&words[0]);
+        command.args(&words[1..]).current_dir(submission).stdin(calls);
+        assert!(command.status().unwrap().success(), "{words:?}");
+    };
+    ["build", "run", "serve"].into_iter().for_each(call);
+    let read = |name: &str| std::fs::read_to_string(submission.join(name)).unwrap();
+    assert!(!read("trace.csv").is_empty());
+    assert_eq!([read("0.csv"), read("1.csv")], [read("trace.csv"), read("trace.csv")]);
 }
 
 #[needs("test -x /usr/bin/c++")]

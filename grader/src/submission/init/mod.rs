@@ -92,7 +92,7 @@ impl Language {
 }
 
 /// Parts that several skeletons share.
-const PIECES: [(&str, &str); 8] = [
+const PIECES: [(&str, &str); 10] = [
     ("protocol_xml.txt", include_str!("pieces/protocol_xml.txt")),
     ("protocol_json.txt", include_str!("pieces/protocol_json.txt")),
     ("protocol.txt", include_str!("pieces/protocol.txt")),
@@ -100,6 +100,8 @@ const PIECES: [(&str, &str); 8] = [
     ("not_implemented.cpp", include_str!("pieces/not_implemented.cpp")),
     ("read_root.py", include_str!("pieces/read_root.py")),
     ("solve.py", include_str!("pieces/solve.py")),
+    ("main.cpp", include_str!("pieces/main.cpp")),
+    ("main.py", include_str!("pieces/main.py")),
     ("not_implemented.py", include_str!("pieces/not_implemented.py")),
 ];
 
@@ -207,6 +209,14 @@ impl Skeleton {
             Some(script) => format!("\"python3\", \"{{folder}}/{script}\""),
             None => "\"./simulate\"".to_owned(),
         };
+        let serve = if reads_json(assignment) {
+            String::new()
+        } else {
+            format!(
+                "# Many scenes in one process, for `grade fuzz`: reads lines `SCENE TRACE` from standard input. Optional.\n\
+                 serve = [{program}, \"--serve\"]\n\n"
+            )
+        };
         let (solver, about) = if reads_json(assignment) {
             (", \"{solver}\"", "; {solver} is dense or sparse")
         } else {
@@ -224,7 +234,7 @@ impl Skeleton {
             "# The submission's manifest; docs/formats.md describes it.\n\n\
              name = \"my simulator\"\n\n{build}\n\
              # {{scene}} and {{trace}} are the files of a run, {{folder}} is this folder{about}.\n\
-             run = [{program}, \"{{scene}}\", \"{{trace}}\"{solver}]\n\n\
+             run = [{program}, \"{{scene}}\", \"{{trace}}\"{solver}]\n\n{serve}\
              # Format of the trace: \"csv\", or \"fosssim\", the course's binary.\n\
              format = \"csv\"\n{assignment}"
         )

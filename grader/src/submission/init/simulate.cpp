@@ -64,13 +64,9 @@ void step(Scene& scene) {
     }
 }
 
-int main(int count, char** arguments) {
-    if (count != 3) {
-        std::cerr << "called as: simulate SCENE TRACE\n";
-        return 2;
-    }
-    Scene scene = read_scene(arguments[1]);
-    std::ofstream trace(arguments[2]);
+int simulate(const std::string& scene_file, const std::string& trace_file) {
+    Scene scene = read_scene(scene_file);
+    std::ofstream trace(trace_file);
     trace.precision(17);
     trace << "step,time";
     for (std::size_t i = 0; i < scene.mass.size(); ++i) {
@@ -89,3 +85,5 @@ int main(int count, char** arguments) {
     }
     return trace.good() ? 0 : 1;
 }
+
+PIECE main.cpp

@@ -49,10 +49,10 @@ def step(scene):
                 scene.v[i][axis] += scene.dt * force[i][axis] / scene.mass[i]
 
 
-def main():
-    scene = Scene(sys.argv[1])
+def simulate(scene_file, trace_file):
+    scene = Scene(scene_file)
     steps = math.ceil(scene.duration / scene.dt)
-    with open(sys.argv[2], "w") as trace:
+    with open(trace_file, "w") as trace:
         names = [f"x{i},y{i},vx{i},vy{i}" for i in range(len(scene.x))]
         print("step,time", *names, sep=",", file=trace)
         for number in range(steps + 1):
@@ -64,4 +64,4 @@ def main():
             print(*map(repr, row), sep=",", file=trace)
 
 
-main()
+PIECE main.py

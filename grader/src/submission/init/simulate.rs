@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 use std::error::Error;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::process;
 
 struct Element<'a> {
@@ -106,11 +106,7 @@ fn step(scene: &mut Scene) {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().collect();
-    let [_, scene, trace] = arguments.as_slice() else {
-        return Err("called as: simulate SCENE TRACE".into());
-    };
+fn simulate(scene: &str, trace: &str) -> Result<(), Box<dyn Error>> {
     if !scene.ends_with(".xml") {
         process::exit(77);
     }
@@ -134,4 +130,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     trace.flush()?;
     Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["--serve"] => {
+            for line in io::stdin().lines() {
+                let line = line?;
+                let (scene, trace) = line.split_once(' ').ok_or("a line is SCENE TRACE")?;
+                simulate(scene, trace)?;
+            }
+            Ok(())
+        }
+        [scene, trace] => simulate(scene, trace),
+        _ => Err("called as: simulate SCENE TRACE, or simulate --serve".into()),
+    }
 }

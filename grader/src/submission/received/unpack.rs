@@ -79,6 +79,7 @@ pub(super) fn unpack(path: &Path, to: &Path, sandbox: &Sandbox) -> Result<(), Re
     let job = Job {
         arguments: vec![UNPACKER.into()],
         folder,
+        input: None,
         keep: Keep::Tree(to.to_path_buf()),
         readable: vec![program.clone()],
         limits: LIMITS,

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use crate::shared::bits;
 use crate::support::{simulate, stderr};
@@ -51,6 +52,24 @@ fn csv_of(scene: &str, options: &[&str]) -> String {
     let folder = folder_with(scene);
     run(folder.path(), &[&["scene.xml", "-o", "trace.csv"], options].concat());
     fs::read_to_string(folder.path().join("trace.csv")).unwrap()
+}
+
+#[test]
+fn served_scenes_have_the_traces_of_single_calls_up_to_the_first_failure() {
+    let folder = folder_with(SCENE);
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("calls"), "scene.xml 0.csv\nscene.xml 1.bin\nscene.xml\nscene.xml 2.csv\n")
+        .unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_simulate"));
+    command.arg("--serve").current_dir(folder.path()).stdin(fs::File::open(path("calls")).unwrap());
+    let served = command.output().unwrap();
+    let message = "error: standard input:3: no trace is named\n  help: write a scene and its trace, such as a.xml a.csv\n";
+    assert_eq!((served.status.code(), stderr(&served)), (Some(2), message));
+    for (name, alone) in [("0.csv", "alone.csv"), ("1.bin", "alone.bin")] {
+        run(folder.path(), &["scene.xml", "-o", alone]);
+        assert_eq!(fs::read(path(name)).unwrap(), fs::read(path(alone)).unwrap(), "{name}");
+    }
+    assert!(!path("2.csv").exists());
 }
 
 /// The numbers of a CSV file below its header.
@@ -515,7 +534,7 @@ fn c_spellings_of_nan_are_read() {
 fn a_full_standard_output_is_an_error_and_a_closed_one_is_not() {
     let folder = folder_with(SCENE);
     let run = |arguments: &[&str], stdout: std::process::Stdio| {
-        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_simulate"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_simulate"));
         command.current_dir(folder.path()).args(arguments).stdout(stdout).output().unwrap()
     };
     for arguments in [&["scene.xml", "--stats"][..], &["generate", "ring"]] {

@@ -25,14 +25,9 @@ inline scalar pathLength(const VectorXs& x, const std::vector<int>& particles) {
     return length;
 }
 
-int main(int count, char** arguments) {
-    if (count != 3) {
-        std::cerr << "called as: simulate SCENE TRACE\n";
-        return 2;
-    }
-    const std::string path = arguments[1];
-    if (path.size() < 4 || path.substr(path.size() - 4) != ".xml") notImplemented("this format of scenes");
-    const std::vector<Element> elements = elements_of(path);
+int simulate(const std::string& scene_file, const std::string& trace_file) {
+    if (scene_file.size() < 4 || scene_file.substr(scene_file.size() - 4) != ".xml") notImplemented("this format of scenes");
+    const std::vector<Element> elements = elements_of(scene_file);
 
     TwoDScene scene;
     scalar duration = 0, dt = 0;
@@ -58,7 +53,7 @@ FORCES
     }
     const std::unique_ptr<SceneStepper> stepper = stepperOf(type);
 
-    std::ofstream trace(arguments[2]);
+    std::ofstream trace(trace_file);
     trace.precision(17);
     trace << "step,time";
     for (int i = 0; i < scene.getNumParticles(); ++i) trace << ",x" << i << ",y" << i << ",vx" << i << ",vy" << i;
@@ -75,3 +70,5 @@ FORCES
     }
     return trace.good() ? 0 : 1;
 }
+
+PIECE main.cpp

@@ -26,8 +26,8 @@ def path_length(scene, particles):
     return sum(math.dist(a, b) for a, b in zip(places, places[1:]))
 
 
-def main():
-    root = read_root(sys.argv[1])
+def simulate(scene_file, trace_file):
+    root = read_root(scene_file)
     scene = TwoDScene()
     for particle in root.findall("particle"):
         number = lambda name: float(particle.get(name))
@@ -46,7 +46,7 @@ FORCES
     stepper = STEPPERS[kind]()
 
     steps = math.ceil(float(root.find("duration").get("time")) / dt)
-    with open(sys.argv[2], "w") as trace:
+    with open(trace_file, "w") as trace:
         names = [f"x{i},y{i},vx{i},vy{i}" for i in range(len(scene.fixed))]
         print("step,time", *names, sep=",", file=trace)
         for step in range(steps + 1):
@@ -58,4 +58,4 @@ FORCES
             print(*map(repr, row), sep=",", file=trace)
 
 
-main()
+PIECE main.py

@@ -16,8 +16,8 @@ from utils import not_implemented
 PIECE read_root.py
 
 
-def main():
-    root = read_root(sys.argv[1])
+def simulate(scene_file, trace_file):
+    root = read_root(scene_file)
     integrator = root.find("integrator")
     if integrator.get("type") != "projected-newton":
         not_implemented(integrator.get("type"))
@@ -38,7 +38,7 @@ def main():
             not_implemented(element.tag)
 
     steps = math.ceil(float(root.find("duration").get("time")) / h)
-    with open(sys.argv[2], "w") as trace:
+    with open(trace_file, "w") as trace:
         names = [f"x{i},y{i},vx{i},vy{i}" for i in range(len(x))]
         print("step,time", *names, sep=",", file=trace)
         for step in range(steps + 1):
@@ -50,4 +50,4 @@ def main():
             print(*map(repr, row), sep=",", file=trace)
 
 
-main()
+PIECE main.py

@@ -280,10 +280,16 @@ pub struct Student {
 /// Changes of the forces and methods without a formula here.
 #[derive(Clone)]
 pub(crate) struct Others {
-    /// A force's factor and its Jacobians', by its tag.
-    pub(crate) factors: fn(&str) -> [f64; 2],
+    /// The tag of a force, its factor, and its Jacobians'.
+    pub(crate) spoilt: Option<(&'static str, [f64; 2])>,
     /// Changes of descriptions of methods, by the method's name.
     pub(crate) methods: Vec<(&'static str, Deviation)>,
+}
+
+impl Others {
+    fn factors(&self, tag: &str) -> [f64; 2] {
+        self.spoilt.filter(|(spoilt, _)| *spoilt == tag).map_or([1.0; 2], |(_, factors)| factors)
+    }
 }
 
 /// Another description of a method.
@@ -547,7 +553,7 @@ impl Student {
                 ahead: |_, moved| moved,
                 position: |_, moved| moved,
             },
-            others: Others { factors: |_| [1.0; 2], methods: Vec::new() },
+            others: Others { spoilt: None, methods: Vec::new() },
         }
     }
 
@@ -952,7 +958,7 @@ impl Plane {
                     element.particles.iter().zip(shares).for_each(|(i, share)| force[*i] += share);
                 }
                 tag => {
-                    let [factor, _] = (student.others.factors)(tag);
+                    let [factor, _] = student.others.factors(tag);
                     let laws = Laws::of(&self.scene, std::slice::from_ref(element));
                     let by_law = laws.force(&flat(q), &flat(v), 0.0);
                     for (force, law) in force.iter_mut().zip(by_law.as_chunks::<2>().0) {
@@ -1023,7 +1029,7 @@ impl Plane {
                     // Simple gravity and the constant force are the same everywhere.
                 }
                 tag => {
-                    let [_, factor] = (student.others.factors)(tag);
+                    let [_, factor] = student.others.factors(tag);
                     let laws = Laws::of(&self.scene, std::slice::from_ref(element));
                     let by_law = laws.jacobians(&flat(q), &flat(v), 0.0);
                     dx += factor * by_law.by_position;

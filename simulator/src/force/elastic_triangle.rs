@@ -41,6 +41,35 @@ const fn corner(
     ParameterSchema::new(name, meaning, typical, samples).coordinate_of(particle, axis)
 }
 
+/// The particles of a triangle.
+pub(super) const CORNERS: &[&str] = &["i1", "i2", "i3"];
+
+/// The parameters of a triangle.
+pub(super) const PARAMETERS: &[ParameterSchema] = &[
+    ParameterSchema::new(
+        "youngsmodulus",
+        "Young's modulus times thickness",
+        (1.0, 10.0),
+        [0.25, 0.375, 0.3125],
+    )
+    .non_negative(),
+    ParameterSchema::new("poissonratio", "Poisson's ratio", (-0.25, 0.45), [0.25, 0.375, 0.125])
+        .except_unit(),
+    corner("xb1x", (0, 0), (-0.5, 0.0), [-0.25, -0.125, -0.375]),
+    corner("xb1y", (0, 1), (-0.5, 0.0), [-0.375, -0.25, -0.125]),
+    corner("xb1z", (0, 2), (-0.25, 0.25), [0.125, -0.0625, -0.125]),
+    corner("xb2x", (1, 0), (1.0, 2.0), [0.75, 0.875, 0.625]),
+    corner("xb2y", (1, 1), (-0.25, 0.25), [0.125, -0.0625, 0.0625]),
+    corner("xb2z", (1, 2), (-0.25, 0.25), [-0.125, 0.0625, 0.1875]),
+    corner("xb3x", (2, 0), (-0.25, 0.25), [0.0625, 0.125, -0.0625]),
+    corner("xb3y", (2, 1), (1.0, 2.0), [0.625, 0.75, 0.875]),
+    corner("xb3z", (2, 2), (-0.25, 0.25), [0.1875, 0.125, -0.0625]),
+];
+
+/// Those that do not scale its force.
+pub(super) const SHAPE: &[&str] =
+    &["poissonratio", "xb1x", "xb1y", "xb1z", "xb2x", "xb2y", "xb2z", "xb3x", "xb3y", "xb3z"];
+
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
         tag: "elasticbodycstforce",
@@ -51,46 +80,11 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "`U = E Ā/(2 (1 − ν²)) (ε_xx² + 2ν ε_xx ε_yy + ε_yy² + 2 (1 − ν) ε_xy²)`, with `Ā` the undeformed area",
         },
-        stencil: Stencil::Named(&["i1", "i2", "i3"]),
-        parameters: &[
-            ParameterSchema::new(
-                "youngsmodulus",
-                "Young's modulus times thickness",
-                (1.0, 10.0),
-                [0.25, 0.375, 0.3125],
-            )
-            .non_negative(),
-            ParameterSchema::new(
-                "poissonratio",
-                "Poisson's ratio",
-                (-0.25, 0.45),
-                [0.25, 0.375, 0.125],
-            )
-            .except_unit(),
-            corner("xb1x", (0, 0), (-0.5, 0.0), [-0.25, -0.125, -0.375]),
-            corner("xb1y", (0, 1), (-0.5, 0.0), [-0.375, -0.25, -0.125]),
-            corner("xb1z", (0, 2), (-0.25, 0.25), [0.125, -0.0625, -0.125]),
-            corner("xb2x", (1, 0), (1.0, 2.0), [0.75, 0.875, 0.625]),
-            corner("xb2y", (1, 1), (-0.25, 0.25), [0.125, -0.0625, 0.0625]),
-            corner("xb2z", (1, 2), (-0.25, 0.25), [-0.125, 0.0625, 0.1875]),
-            corner("xb3x", (2, 0), (-0.25, 0.25), [0.0625, 0.125, -0.0625]),
-            corner("xb3y", (2, 1), (1.0, 2.0), [0.625, 0.75, 0.875]),
-            corner("xb3z", (2, 2), (-0.25, 0.25), [0.1875, 0.125, -0.0625]),
-        ],
+        stencil: Stencil::Named(CORNERS),
+        parameters: PARAMETERS,
         parts: &[PartSchema::whole(
             &["youngsmodulus"],
-            &[
-                "poissonratio",
-                "xb1x",
-                "xb1y",
-                "xb1z",
-                "xb2x",
-                "xb2y",
-                "xb2z",
-                "xb3x",
-                "xb3y",
-                "xb3z",
-            ],
+            SHAPE,
             Dependence::POSITION,
             Potential::Energy,
         )],
@@ -116,28 +110,32 @@ struct Triangle {
     weights: [[f64; 2]; 2],
 }
 
+/// The inverse `B` of the undeformed edges, and the undeformed area.
+pub(super) fn undeformed<const D: usize>(element: &ForceElement) -> (Matrix2<f64>, f64) {
+    let corners = element.undeformed();
+    let [b1, b2, b3] = [0, 1, 2].map(|corner| Vector3::from(corners[corner]));
+    let (u, v) = (b2 - b1, b3 - b1);
+    let edges = if D == 2 || (u.z == 0.0 && v.z == 0.0) {
+        Matrix2::new(u.x, v.x, u.y, v.y)
+    } else {
+        let along = u / u.norm();
+        Matrix2::new(u.norm(), along.dot(&v), 0.0, along.cross(&v).norm())
+    };
+    let determinant = edges[(0, 0)] * edges[(1, 1)] - edges[(0, 1)] * edges[(1, 0)];
+    let inverse =
+        Matrix2::new(edges[(1, 1)], -edges[(0, 1)], -edges[(1, 0)], edges[(0, 0)]) / determinant;
+    (inverse, 0.5 * determinant.abs())
+}
+
 impl Triangle {
     fn of_element<const D: usize>(element: &ForceElement) -> Self {
-        let corners = element.undeformed();
-        let [b1, b2, b3] = [0, 1, 2].map(|corner| Vector3::from(corners[corner]));
-        let (u, v) = (b2 - b1, b3 - b1);
-        let edges = if D == 2 || (u.z == 0.0 && v.z == 0.0) {
-            Matrix2::new(u.x, v.x, u.y, v.y)
-        } else {
-            let along = u / u.norm();
-            Matrix2::new(u.norm(), along.dot(&v), 0.0, along.cross(&v).norm())
-        };
-        let determinant = edges[(0, 0)] * edges[(1, 1)] - edges[(0, 1)] * edges[(1, 0)];
+        let (inverse, area) = undeformed::<D>(element);
         let poisson_ratio = element.parameter("poissonratio");
-        let area = 0.5 * determinant.abs();
         Self {
             stiffness: element.parameter("youngsmodulus") * area
                 / (1.0 - poisson_ratio * poisson_ratio),
             poisson_ratio,
-            weights: [
-                [edges[(1, 1)] / determinant, -edges[(0, 1)] / determinant],
-                [-edges[(1, 0)] / determinant, edges[(0, 0)] / determinant],
-            ],
+            weights: [0, 1].map(|row| [inverse[(row, 0)], inverse[(row, 1)]]),
         }
     }
 

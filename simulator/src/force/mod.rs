@@ -43,6 +43,7 @@ mod drag;
 mod elastic_bending;
 mod elastic_spring;
 mod elastic_triangle;
+mod finite_element;
 mod gravitational;
 mod green_spring;
 mod scripted_spring;
@@ -71,6 +72,9 @@ pub static REGISTRY: &[&ForceKind] = &[
     &elastic_spring::KIND,
     &elastic_bending::KIND,
     &elastic_triangle::KIND,
+    &finite_element::ST_VENANT_KIRCHHOFF,
+    &finite_element::COROTATED,
+    &finite_element::NEO_HOOKEAN,
 ];
 
 /// A force as the registry knows it: how a scene mentions it, and how it is built.

@@ -12,7 +12,7 @@ use scene::schema::Conserves;
 use scene::{ForceElement, ParseOptions, Particle, Scene, xml};
 use simulator::force::REGISTRY as FORCES;
 use simulator::integrator::REGISTRY as INTEGRATORS;
-use simulator::simulation::Simulation;
+use simulator::simulation::{FailureKind, Simulation};
 use simulator::vocabulary;
 
 fn read(text: &str) -> Scene {
@@ -145,8 +145,27 @@ fn a_cantilever_of_hinges_converges_to_euler_and_bernoulli() {
     assert!(errors[4] < 1e-4, "{errors:?}");
 }
 
+/// The corners of the triangles of a sheet, two in each cell.
+fn triangles([nx, ny]: [usize; 2]) -> Vec<[usize; 3]> {
+    let cells = (0..ny).flat_map(|j| (0..nx).map(move |i| [i, j]));
+    let halves = cells.flat_map(|[i, j]| {
+        let a = j * (nx + 1) + i;
+        let (b, c, d) = (a + 1, a + nx + 1, a + nx + 2);
+        if (i + j) % 2 == 0 { [[a, b, d], [a, d, c]] } else { [[a, b, c], [b, d, c]] }
+    });
+    halves.collect()
+}
+
+/// Every triangle, and what its modulus is of Young's for small strains.
+const MATERIALS: [(&str, f64); 4] = [
+    ("elasticbodycstforce", 0.25),
+    ("stvktriangle", 1.0),
+    ("corotatedtriangle", 1.0),
+    ("neohookeantriangle", 1.0),
+];
+
 /// A sheet of `nx` by `ny` cells of two triangles, the left side fixed, each particle with its share of the mass 1.
-fn sheet(size: [f64; 2], cells: [usize; 2], modulus: f64, nu: f64) -> String {
+fn sheet(tag: &str, size: [f64; 2], cells: [usize; 2], modulus: f64, nu: f64) -> String {
     let [nx, ny] = cells;
     let [width, height] = size;
     let mut text = String::new();
@@ -161,24 +180,16 @@ fn sheet(size: [f64; 2], cells: [usize; 2], modulus: f64, nu: f64) -> String {
             text += &particle(x, y, mass, i == 0);
         }
     }
-    for j in 0..ny {
-        for i in 0..nx {
-            let a = j * (nx + 1) + i;
-            let (b, c, d) = (a + 1, a + nx + 1, a + nx + 2);
-            let halves =
-                if (i + j) % 2 == 0 { [[a, b, d], [a, d, c]] } else { [[a, b, c], [b, d, c]] };
-            for [i1, i2, i3] in halves {
-                text += &format!(
-                    r#"<elasticbodycstforce i1="{i1}" i2="{i2}" i3="{i3}" youngsmodulus="{modulus:?}" poissonratio="{nu:?}"/>"#
-                );
-            }
-        }
+    for [i1, i2, i3] in triangles(cells) {
+        text += &format!(
+            r#"<{tag} i1="{i1}" i2="{i2}" i3="{i3}" youngsmodulus="{modulus:?}" poissonratio="{nu:?}"/>"#
+        );
     }
     text
 }
 
-/// The length of a sheet of length 1 and weight 1, modulus 1, that hangs from one side: `∫ λ dX`, with the stress
-/// `2 λ (λ² − 1) = 1 − X`.
+/// The length of a sheet of length 1 and weight 1, Young's modulus 4, that hangs from one side: `∫ λ dX`, with
+/// the stress `2 λ (λ² − 1) = 1 − X`.
 fn length_of_a_hanging_sheet() -> f64 {
     let stretch = |load: f64| {
         let mut stretch = 1.0;
@@ -202,42 +213,95 @@ fn length_of_a_hanging_sheet() -> f64 {
 
 #[test]
 fn a_sheet_stretched_by_its_weight_converges_to_the_closed_form() {
-    let expected = length_of_a_hanging_sheet();
-    let errors = [4, 8, 16, 32].map(|n| {
-        let elements = sheet([1.0, 1.0], [n, 2], 1.0, 0.0) + r#"<simplegravity fx="1" fy="0"/>"#;
-        (end(&resting(&elements))[2 * n] - expected).abs()
-    });
-    assert!(orders(&errors).iter().all(|order| (order - 2.0).abs() < 0.1), "{errors:?}");
-    assert!(errors[3] < 1e-4, "{errors:?}");
+    let length = |tag: &str, modulus: f64, n: usize| {
+        let elements =
+            sheet(tag, [1.0, 1.0], [n, 2], modulus, 0.0) + r#"<simplegravity fx="1" fy="0"/>"#;
+        end(&resting(&elements))[2 * n]
+    };
+    for (tag, modulus) in [("elasticbodycstforce", 1.0), ("stvktriangle", 4.0)] {
+        let expected = length_of_a_hanging_sheet();
+        let errors = [4, 8, 16, 32].map(|n| (length(tag, modulus, n) - expected).abs());
+        assert!(orders(&errors).iter().all(|order| (order - 2.0).abs() < 0.1), "{tag}: {errors:?}");
+        assert!(errors[3] < 1e-4, "{tag}: {errors:?}");
+    }
+    // That of the corotated material is `4 (λ − 1) = 1 − X`, which is linear: every mesh meets `1 + 1/8` at its nodes.
+    let errors = [4, 8, 16].map(|n| (length("corotatedtriangle", 4.0, n) - 1.125).abs());
+    assert!(errors.iter().all(|error| *error < 1e-10), "{errors:?}");
+}
+
+/// A triangle whose base is held at the stretch `λ`: its height per undeformed height.
+fn height_of_a_stretched_triangle(tag: &str, nu: f64, stretch: f64) -> f64 {
+    let corners = [
+        particle(0.0, 0.0, 1.0, true),
+        particle(stretch, 0.0, 1.0, true),
+        particle(0.4, 0.9, 1.0, false),
+    ];
+    let rest = r#"xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0.3" xb3y="0.8""#;
+    let positions = end(&resting(&format!(
+        r#"{}<{tag} i1="0" i2="1" i3="2" youngsmodulus="2" poissonratio="{nu:?}" {rest}/>"#,
+        corners.concat()
+    )));
+    assert!((positions[4] - 0.3 * stretch).abs() < 1e-9, "{tag}: {positions:?}");
+    positions[5] / 0.8
+}
+
+#[test]
+fn a_stretched_triangle_grows_narrower_as_in_the_closed_form() {
+    for nu in [0.0_f64, 0.3, 0.49] {
+        for stretch in [0.8, 1.3] {
+            let squared = stretch * stretch;
+            // (μ + λ)/μ.
+            let bulk = (1.0 + nu) / (1.0 - nu);
+            let expected = [
+                ("elasticbodycstforce", (1.0 - nu * (squared - 1.0)).sqrt()),
+                ("stvktriangle", (1.0 - nu * (squared - 1.0)).sqrt()),
+                ("corotatedtriangle", 1.0 - nu * (stretch - 1.0)),
+                ("neohookeantriangle", stretch * (1.0 + bulk) / (1.0 + bulk * squared)),
+            ];
+            for (tag, expected) in expected {
+                let error = height_of_a_stretched_triangle(tag, nu, stretch) - expected;
+                assert!(error.abs() < 1e-9, "{tag} {nu} {stretch}: {error:e}");
+            }
+        }
+    }
 }
 
 #[test]
 fn a_beam_of_triangles_converges_to_euler_and_bernoulli_with_shear() {
-    let (length, height, modulus, nu, weight) = (1.0, 0.125, 1.0, 0.3, 1e-7);
+    let (length, height, young, nu, weight) = (1.0, 0.125, 4.0, 0.3, 1e-7);
     // Under its weight, spread over its length: w L⁴/(8 E I) and the shear, w L²/(2 κ G A), with Cowper's κ.
-    let young = 4.0 * modulus;
     let inertia = height * height * height / 12.0;
     let shear = young / (2.0 * (1.0 + nu)) * height * 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu);
     let expected = weight * (1.0 / (8.0 * young * inertia) + 1.0 / (2.0 * shear));
-    let errors = [2, 4, 8, 16].map(|n| {
-        let elements = sheet([length, height], [8 * n, n], modulus, nu)
-            + &format!(r#"<simplegravity fx="0" fy="{weight:?}"/>"#);
-        let middle = n / 2 * (8 * n + 1) + 8 * n;
-        let rest = height / n as f64 * (n / 2) as f64;
-        ((end(&resting(&elements))[2 * middle + 1] - rest) / expected - 1.0).abs()
-    });
-    // Triangles of constant strain are too stiff where they bend, coarse meshes the more.
-    assert!(orders(&errors).iter().all(|order| *order > 1.4), "{errors:?}");
-    assert!(errors[3] < 0.02, "{errors:?}");
+    for (tag, share) in MATERIALS {
+        let errors = [2, 4, 8, 16].map(|n| {
+            let elements = sheet(tag, [length, height], [8 * n, n], young * share, nu)
+                + &format!(r#"<simplegravity fx="0" fy="{weight:?}"/>"#);
+            let middle = n / 2 * (8 * n + 1) + 8 * n;
+            let rest = height / n as f64 * (n / 2) as f64;
+            ((end(&resting(&elements))[2 * middle + 1] - rest) / expected - 1.0).abs()
+        });
+        // Triangles of constant strain are too stiff where they bend, coarse meshes the more.
+        assert!(orders(&errors).iter().all(|order| *order > 1.4), "{tag}: {errors:?}");
+        assert!(errors[3] < 0.02, "{tag}: {errors:?}");
+    }
 }
 
 /// Affine motions are in the space of the triangles: a sheet that is stretched at both sides has no force inside, on any
 /// mesh.
 #[test]
 fn a_homogeneous_stretch_is_an_equilibrium_of_every_mesh() {
+    for (tag, _) in MATERIALS {
+        let largest = motion_in_a_homogeneous_stretch(tag);
+        assert!(largest < 1e-13, "{tag}: {largest:e}");
+    }
+}
+
+/// How far a particle moves in a step.
+fn motion_in_a_homogeneous_stretch(tag: &str) -> f64 {
     let mut scene = read(&format!(
         r#"<scene><duration time="1"/><integrator type="implicit-euler" dt="1"/>{}</scene>"#,
-        sheet([1.0, 0.75], [5, 3], 2.0, 0.35)
+        sheet(tag, [1.0, 0.75], [5, 3], 2.0, 0.35)
     ));
     let is_inside = |place: usize| ![0, 5].contains(&(place % 6)) && ![0, 3].contains(&(place / 6));
     for (place, particle) in scene.particles.iter_mut().enumerate() {
@@ -263,6 +327,92 @@ fn a_homogeneous_stretch_is_an_equilibrium_of_every_mesh() {
     }
     let moved = end(&scene);
     let rest = scene.positions();
-    let largest = moved.iter().zip(&rest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(largest < 1e-13, "{largest:e}");
+    moved.iter().zip(&rest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// A start of the sheet of two by two cells, whose place `n` is `(x, y)` undeformed.
+type Start = fn(n: usize, at: [f64; 2]) -> [f64; 3];
+
+/// Between −1/2 and 1/2.
+fn scattered(n: usize, axis: usize) -> f64 {
+    ((n * n * 11 + n * (5 + 8 * axis) + 3 * axis) % 41) as f64 / 41.0 - 0.5
+}
+
+const STARTS: [(&str, Start); 4] = [
+    ("inverted", |n, [x, y]| {
+        [0.02 * scattered(n, 0) - x, y + 0.02 * scattered(n, 1), 0.02 * scattered(n, 2)]
+    }),
+    ("crushed", |n, _| [0, 1, 2].map(|axis| 0.05 * scattered(n, axis))),
+    ("flat", |_, [x, y]| [x + 0.3 * y, 0.0, 0.0]),
+    ("in one place", |_, _| [0.0; 3]),
+];
+
+/// The energies at the start and at the end of forty steps.
+fn fall(
+    scene_of: &str,
+    tag: &str,
+    start: Start,
+    dimension: usize,
+) -> Result<[f64; 2], FailureKind> {
+    let places = (0..9).map(|n| [(n % 3) as f64 / 2.0, (n / 3) as f64 / 2.0]);
+    let mut text = String::new();
+    for (n, at) in places.clone().enumerate() {
+        let [x, y, z] = start(n, at);
+        let depth = if dimension == 3 { format!(r#"pz="{z:?}" vz="0""#) } else { String::new() };
+        text +=
+            &format!(r#"<particle m="1" px="{x:?}" py="{y:?}" vx="0" vy="0" fixed="0" {depth}/>"#);
+    }
+    let places: Vec<[f64; 2]> = places.collect();
+    for [i1, i2, i3] in triangles([2, 2]) {
+        let corners = [i1, i2, i3].map(|corner| places[corner]);
+        let rest = corners.iter().zip(1..).map(|([x, y], corner)| {
+            let depth = if dimension == 3 { format!(r#"xb{corner}z="0""#) } else { String::new() };
+            format!(r#"xb{corner}x="{x:?}" xb{corner}y="{y:?}" {depth} "#)
+        });
+        let rest: String = rest.collect();
+        text += &format!(
+            r#"<{tag} i1="{i1}" i2="{i2}" i3="{i3}" youngsmodulus="10" poissonratio="0.3" {rest}/>"#
+        );
+    }
+    let scene = read(&format!(
+        r#"<scene><duration time="2"/><integrator {scene_of} dt="0.05"/>{text}</scene>"#
+    ));
+    let mut simulation = Simulation::new(&scene);
+    let total = |simulation: &Simulation| {
+        simulation.energies().map(|energies| energies.kinetic + energies.potential)
+    };
+    let first = total(&simulation).map_err(|error| error.kind)?;
+    while simulation.advance().map_err(|error| error.kind)? {}
+    Ok([first, total(&simulation).map_err(|error| error.kind)?])
+}
+
+/// Every step converges from these starts, and implicit Euler loses energy. At the exceptions, the force has no direction:
+/// a flat triangle in space has two sides that it may open to, and the nearest rotation to `F = 0` is none.
+#[test]
+fn implicit_steps_converge_from_inverted_crushed_and_flat_starts() {
+    for (tag, _) in MATERIALS {
+        for (name, start) in STARTS {
+            for dimension in [2, 3] {
+                let is_undefined = match (tag, name) {
+                    ("corotatedtriangle", "in one place") => true,
+                    ("corotatedtriangle" | "neohookeantriangle", "flat" | "in one place") => {
+                        dimension == 3
+                    }
+                    _ => false,
+                };
+                for integrator in
+                    [r#"type="implicit-euler""#, r#"type="projected-newton" tolerance="1e-9""#]
+                {
+                    let context = format!("{tag}, {name}, {dimension}D, {integrator}");
+                    match fall(integrator, tag, start, dimension) {
+                        Ok([first, last]) => {
+                            assert!(!is_undefined && last <= first, "{context}: {first} {last}");
+                        }
+                        Err(FailureKind::Degenerate { .. }) => assert!(is_undefined, "{context}"),
+                        Err(other) => panic!("{context}: {other:?}"),
+                    }
+                }
+            }
+        }
+    }
 }

@@ -659,12 +659,18 @@ fn circular_orbit_energy_follows_its_integrator() {
     }
 }
 
+/// Six random triangles of these on four particles contradict each other: steps of 0.01 are too long for projected Newton's
+/// linear systems. `elastic.rs` runs consistent ones.
+const CONTRADICTORY: [&str; 3] = ["stvktriangle", "corotatedtriangle", "neohookeantriangle"];
+
 /// Random particles under all forces at once, the second of them fixed and moving, but for those that depend on time: these
 /// are evaluated at none.
 fn everything(name: &str, dt: f64, dimensions: usize, seed: u64) -> Scene {
     let mut random = fastrand::Rng::with_seed(seed);
     let elements = random_particles(&mut random, dimensions)
-        + &random_forces(&mut random, dimensions, |schema| !schema.depends_on().time);
+        + &random_forces(&mut random, dimensions, |schema| {
+            !schema.depends_on().time && !CONTRADICTORY.contains(&schema.tag)
+        });
     let mut scene = scene(name, dt, 20.0 * dt, &elements);
     scene.particles[1].fixed = true;
     scene

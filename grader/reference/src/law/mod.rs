@@ -12,6 +12,7 @@
 //! rounding. Units are the scene's. Cost: one evaluation of the force a column.
 
 mod field;
+mod material;
 mod pair;
 mod stencil;
 
@@ -48,7 +49,7 @@ pub type Vector<T> = [T; 3];
 
 /// Every law.
 pub fn all() -> impl Iterator<Item = &'static Law> {
-    [field::LAWS, pair::LAWS, stencil::LAWS].into_iter().flatten().copied()
+    [field::LAWS, pair::LAWS, stencil::LAWS, material::LAWS].into_iter().flatten().copied()
 }
 
 /// The law of the force with this tag.
@@ -182,8 +183,8 @@ pub type StencilLaw<T> = fn(&[f64], &[At<'_, T>]) -> Vec<Vector<T>>;
 /// The largest scale of the particles, from the velocities themselves and not from their differences.
 pub type StencilScale = fn(&[f64], &[At<'_, f64>]) -> Scale;
 
-/// A length of the particles' places.
-pub type StencilLength = fn(&[At<'_, f64>]) -> f64;
+/// A length, by the parameters and the particles' places.
+pub type StencilLength = fn(&[f64], &[At<'_, f64>]) -> f64;
 
 /// `f(parameters, particle)`.
 type FieldLaw<T> = fn(&[f64], &At<'_, T>) -> Vector<T>;
@@ -444,7 +445,10 @@ impl<'a> Expectation<'a> {
             return lengths.reduce(f64::min);
         };
         let rest = vec![0.0; x.len()];
-        let within = self.stencils.iter().map(|of| smooth(&self.all_at(of, x, &rest, 0.0)));
+        let within = self
+            .stencils
+            .iter()
+            .map(|of| smooth(&of.element.parameters, &self.all_at(of, x, &rest, 0.0)));
         lengths.chain(within).reduce(f64::min)
     }
 

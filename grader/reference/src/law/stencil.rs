@@ -75,7 +75,7 @@ fn path<T>(at: &[At<'_, T>]) -> f64 {
     at.windows(2).map(|pair| norm(&difference(&pair[1].start, &pair[0].start))).sum()
 }
 
-fn cross<T: Number>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
+pub(super) fn cross<T: Number>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
     std::array::from_fn(|axis| {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         a[next] * b[last] - a[last] * b[next]
@@ -101,7 +101,7 @@ fn elastic_bending_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
 }
 
 /// The way to the fold, where the angle jumps; in space, to any place where the bars are in line.
-fn elastic_bending_smooth(at: &[At<'_, f64>]) -> f64 {
+fn elastic_bending_smooth(_p: &[f64], at: &[At<'_, f64>]) -> f64 {
     let (first, second) = (
         difference(&at[1].position, &at[0].position),
         difference(&at[2].position, &at[1].position),
@@ -110,21 +110,24 @@ fn elastic_bending_smooth(at: &[At<'_, f64>]) -> f64 {
     if at[0].dimension == 2 && dot(first, second) > 0.0 { norm(&first) } else { way }
 }
 
+/// The parameters of a triangle.
+pub(super) const TRIANGLE_PARAMETERS: &[&str] = &[
+    "youngsmodulus",
+    "poissonratio",
+    "xb1x",
+    "xb1y",
+    "xb1z",
+    "xb2x",
+    "xb2y",
+    "xb2z",
+    "xb3x",
+    "xb3y",
+    "xb3z",
+];
+
 static TRIANGLE: Law = Law::of_stencil(
     "elasticbodycstforce",
-    &[
-        "youngsmodulus",
-        "poissonratio",
-        "xb1x",
-        "xb1y",
-        "xb1z",
-        "xb2x",
-        "xb2y",
-        "xb2z",
-        "xb3x",
-        "xb3y",
-        "xb3z",
-    ],
+    TRIANGLE_PARAMETERS,
     Symmetry::Isotropic,
     3,
     (triangle, triangle),
@@ -132,15 +135,25 @@ static TRIANGLE: Law = Law::of_stencil(
 );
 
 /// The undeformed element.
-struct Undeformed {
-    /// `E Ā/(1 − ν²)`.
-    stiffness: f64,
-    nu: f64,
-    /// `D⁻¹`, of the products of the edges from the first corner.
-    inverse: [[f64; 2]; 2],
+pub(super) struct Undeformed {
+    pub(super) modulus: f64,
+    pub(super) nu: f64,
+    /// `Ā`.
+    pub(super) area: f64,
+    /// The cross product of the edges from the first corner.
+    pub(super) normal: Vector<f64>,
+    /// `D⁻¹`, of the products of these edges.
+    pub(super) inverse: [[f64; 2]; 2],
 }
 
-fn undeformed(p: &[f64], dimension: usize) -> Undeformed {
+impl Undeformed {
+    /// `E Ā/(1 − ν²)`.
+    fn stiffness(&self) -> f64 {
+        self.modulus * self.area / (1.0 - self.nu * self.nu)
+    }
+}
+
+pub(super) fn undeformed(p: &[f64], dimension: usize) -> Undeformed {
     let [modulus, nu] = named(p);
     let mut corners: [Vector<f64>; 3] = std::array::from_fn(|corner| named(&p[2 + 3 * corner..]));
     if dimension == 2 {
@@ -151,14 +164,17 @@ fn undeformed(p: &[f64], dimension: usize) -> Undeformed {
     let normal = cross(&u, &v);
     let squared = dot(normal, normal);
     Undeformed {
-        stiffness: 0.5 * modulus * squared.sqrt() / (1.0 - nu * nu),
+        modulus,
         nu,
+        area: 0.5 * squared.sqrt(),
+        normal,
         inverse: [[vv / squared, -uv / squared], [-uv / squared, uu / squared]],
     }
 }
 
 fn triangle<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
-    let Undeformed { stiffness, nu, inverse: [first, second] } = undeformed(p, at[0].dimension);
+    let of = undeformed(p, at[0].dimension);
+    let (stiffness, nu, [first, second]) = (of.stiffness(), of.nu, of.inverse);
     forces_of(at, |x| {
         let (u, v) = (difference(&x[1], &x[0]), difference(&x[2], &x[0]));
         let [uu, uv, vv] = [dot(u, u), dot(u, v), dot(v, v)];
@@ -175,7 +191,8 @@ fn triangle<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
 }
 
 fn triangle_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
-    let Undeformed { stiffness, nu, inverse } = undeformed(p, at[0].dimension);
+    let of = undeformed(p, at[0].dimension);
+    let (stiffness, nu, inverse) = (of.stiffness(), of.nu, of.inverse);
     // The square of the largest stretch per squared length.
     let weight = 2.0 * inverse[0][0].max(inverse[1][1]);
     let edge = |corner: usize| norm(&difference(&at[corner].position, &at[0].position));

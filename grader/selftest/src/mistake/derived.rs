@@ -18,11 +18,8 @@ pub(super) fn in_forces() -> Vec<Mistake> {
     let of = |schema: &'static ForceSchema| {
         let scope = Scope::Force(Part::of(schema)[0]);
         let subject = Subject { area: Area::Force, name: schema.title, scope };
-        [
-            subject.mistake("missing", |s: &mut Student| s.others.factors = |_| [0.0; 2]),
-            subject.mistake("wrong sign", |s: &mut Student| s.others.factors = |_| [-1.0; 2]),
-            subject.mistake("twice as large", |s: &mut Student| s.others.factors = |_| [2.0; 2]),
-        ]
+        let factor = |description, factor| spoilt(&subject, schema, description, [factor; 2]);
+        [factor("missing", 0.0), factor("wrong sign", -1.0), factor("twice as large", 2.0)]
     };
     forces().flat_map(of).collect()
 }
@@ -31,13 +28,24 @@ pub(super) fn in_jacobians() -> Vec<Mistake> {
     let of = |schema: &'static ForceSchema| {
         let scope = Scope::Jacobian(Part::of(schema)[0]);
         let subject = Subject { area: Area::Jacobian, name: schema.title, scope };
+        let factor = |description, factor| spoilt(&subject, schema, description, [1.0, factor]);
         [
-            subject.mistake("missing", |s: &mut Student| s.others.factors = |_| [1.0, 0.0]),
-            subject.mistake("wrong sign", |s: &mut Student| s.others.factors = |_| [1.0, -1.0]),
-            subject.mistake("half as large", |s: &mut Student| s.others.factors = |_| [1.0, 0.5]),
+            factor("Jacobian missing", 0.0),
+            factor("Jacobian with the wrong sign", -1.0),
+            factor("Jacobian half as large", 0.5),
         ]
     };
     forces().filter(|schema| schema.depends_on().has_jacobian()).flat_map(of).collect()
+}
+
+fn spoilt(
+    subject: &Subject,
+    schema: &'static ForceSchema,
+    description: &'static str,
+    factors: [f64; 2],
+) -> Mistake {
+    let tag = schema.tag;
+    subject.mistake(description, move |s: &mut Student| s.others.spoilt = Some((tag, factors)))
 }
 
 pub(super) fn in_integrators() -> Vec<Mistake> {

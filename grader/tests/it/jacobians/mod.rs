@@ -118,7 +118,7 @@ fn verdicts(check: &JacobianCheck) -> Vec<(&'static str, Verdict)> {
 #[test]
 fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
     // dF/dx direct and cross, dF/dv direct and cross: whether each is zero by theory.
-    let zero: [(&str, [bool; 4]); 12] = [
+    let zero: [(&str, [bool; 4]); 15] = [
         ("simplegravity", [true; 4]),
         ("constantforce", [true; 4]),
         ("springforce", [false; 4]),
@@ -131,6 +131,9 @@ fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
         ("elasticbodyspringforce", [false, false, true, true]),
         ("elasticbodybendingforce", [false, false, true, true]),
         ("elasticbodycstforce", [false, false, true, true]),
+        ("stvktriangle", [false, false, true, true]),
+        ("corotatedtriangle", [false, false, true, true]),
+        ("neohookeantriangle", [false, false, true, true]),
     ];
     assert_eq!(originals().len(), 2 * force::REGISTRY.len());
     for check in originals() {

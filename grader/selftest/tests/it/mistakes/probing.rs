@@ -80,6 +80,9 @@ pub(crate) fn tag(subject: &str) -> &'static str {
         ("elastic bar", "elasticbodyspringforce"),
         ("bending", "elasticbodybendingforce"),
         ("triangle", "elasticbodycstforce"),
+        ("St. Venant–Kirchhoff triangle", "stvktriangle"),
+        ("corotated triangle", "corotatedtriangle"),
+        ("stable neo-Hookean triangle", "neohookeantriangle"),
     ];
     let found = tags.iter().find(|(name, _)| subject.starts_with(name));
     found.unwrap_or_else(|| panic!("{subject} is about no force")).1
@@ -90,8 +93,8 @@ fn probing_finds_the_second_implementation_correct() {
     let probing = probe(&Steps(Student::faultless()), |_, _| true);
     assert_eq!(with(&probing, Verdict::Wrong), []);
     assert_eq!(with(&probing, Verdict::Inconclusive), []);
-    // Twelve parts of the supported forces, six findings each.
-    assert_eq!(with(&probing, Verdict::Correct).len(), 72);
+    // Fifteen parts of the supported forces, six findings each.
+    assert_eq!(with(&probing, Verdict::Correct).len(), 90);
 }
 
 /// Probes mistakes, and asserts that findings are wrong, all of them where `may_be` says.

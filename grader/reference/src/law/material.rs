@@ -1,0 +1,209 @@
+//! Triangles of the materials of finite elements, by invariants of the deformation.
+//!
+//! ```text
+//! I = tr(D⁻¹C)    J = area/undeformed area, with the sign of the orientation in the plane
+//! St. Venant–Kirchhoff   ψ = μ/4 (I² − 2J² − 2I + 2) + λ/8 (I − 2)²      ‖FᵀF‖² = I² − 2J²
+//! corotated              ψ = μ (I − 2s + 2) + λ/2 (s − 2)²                s² = I + 2J
+//! stable neo-Hookean     ψ = μ/2 (I − 2J) + (λ + μ)/2 (J − 1)²
+//! ```
+//!
+//! `D` and `C` are as for the triangle in `stencil.rs`: no `F` is formed, and no derivative. `s` is the sum of the singular
+//! values. Sources: Sifakis and Barbič (2012), sections 3.3 and 3.4; Smith, de Goes and Kim (2018), section 3, with `λ`
+//! such that small strains meet Lamé's parameters of plane stress.
+
+use super::stencil::{TRIANGLE_PARAMETERS, Undeformed, cross, forces_of, undeformed};
+use super::{At, Law, Number, Scale, Symmetry, Vector, difference, dot, norm};
+use num_dual::{Dual, DualNum};
+
+/// The laws of this file.
+pub(super) static LAWS: &[&Law] = &[&ST_VENANT_KIRCHHOFF, &COROTATED, &NEO_HOOKEAN];
+
+static ST_VENANT_KIRCHHOFF: Law = Law::of_stencil(
+    "stvktriangle",
+    TRIANGLE_PARAMETERS,
+    Symmetry::Isotropic,
+    3,
+    (st_venant_kirchhoff, st_venant_kirchhoff),
+    st_venant_kirchhoff_scale,
+);
+
+static COROTATED: Law = Law::of_stencil(
+    "corotatedtriangle",
+    TRIANGLE_PARAMETERS,
+    Symmetry::Isotropic,
+    3,
+    (corotated, corotated),
+    corotated_scale,
+)
+.smooth_within(corotated_smooth);
+
+static NEO_HOOKEAN: Law = Law::of_stencil(
+    "neohookeantriangle",
+    TRIANGLE_PARAMETERS,
+    Symmetry::Isotropic,
+    3,
+    (neo_hookean, neo_hookean),
+    neo_hookean_scale,
+)
+.smooth_within(neo_hookean_smooth);
+
+/// An element with Lamé's parameters.
+struct Solid {
+    of: Undeformed,
+    mu: f64,
+    lambda: f64,
+}
+
+impl Solid {
+    fn new<T>(p: &[f64], at: &[At<'_, T>]) -> Self {
+        let of = undeformed(p, at[0].dimension);
+        let Undeformed { modulus, nu, .. } = of;
+        Self { mu: 0.5 * modulus / (1.0 + nu), lambda: modulus * nu / (1.0 - nu * nu), of }
+    }
+
+    /// `I`.
+    fn squared_stretch<T: Number>(&self, x: &[Vector<T>]) -> T {
+        let [[uu, uv], [_, vv]] = self.of.inverse;
+        let (u, v) = (difference(&x[1], &x[0]), difference(&x[2], &x[0]));
+        dot(u, u) * uu + dot(u, v) * (2.0 * uv) + dot(v, v) * vv
+    }
+
+    /// `J²`.
+    fn squared_area<T: Number>(&self, x: &[Vector<T>]) -> T {
+        let normal = cross(&difference(&x[1], &x[0]), &difference(&x[2], &x[0]));
+        dot(normal, normal) * (1.0 / dot(self.of.normal, self.of.normal))
+    }
+
+    /// `J`.
+    fn area<T: Number>(&self, x: &[Vector<T>], dimension: usize) -> T {
+        if dimension == 3 {
+            return self.squared_area(x).sqrt();
+        }
+        let normal = cross(&difference(&x[1], &x[0]), &difference(&x[2], &x[0]));
+        normal[2] * (1.0 / self.of.normal[2])
+    }
+
+    /// The forces of an energy per area.
+    fn forces<T: Number>(
+        &self,
+        at: &[At<'_, T>],
+        energy: impl Fn(&[Vector<Dual<T>>]) -> Dual<T>,
+    ) -> Vec<Vector<T>> {
+        forces_of(at, |x| energy(x) * self.of.area)
+    }
+}
+
+fn st_venant_kirchhoff<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    let solid = Solid::new(p, at);
+    solid.forces(at, |x| {
+        let (i, growth) = (solid.squared_stretch(x), solid.squared_stretch(x) - 2.0);
+        (i * growth - solid.squared_area(x) * 2.0 + 2.0) * (0.25 * solid.mu)
+            + growth * growth * (0.125 * solid.lambda)
+    })
+}
+
+fn corotated<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    let solid = Solid::new(p, at);
+    solid.forces(at, |x| {
+        let i = solid.squared_stretch(x);
+        let s = (i + solid.area(x, at[0].dimension) * 2.0).sqrt();
+        (i - s * 2.0 + 2.0) * solid.mu + (s - 2.0) * (s - 2.0) * (0.5 * solid.lambda)
+    })
+}
+
+fn neo_hookean<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    let solid = Solid::new(p, at);
+    solid.forces(at, |x| {
+        let j = solid.area(x, at[0].dimension);
+        (solid.squared_stretch(x) - j * 2.0) * (0.5 * solid.mu)
+            + (j - 1.0) * (j - 1.0) * (0.5 * (solid.lambda + solid.mu))
+    })
+}
+
+/// Sizes that bound the rounding of every material.
+struct Sizes {
+    /// `(|μ| + |λ|) Ā`.
+    stiffness: f64,
+    /// The largest stretch per length.
+    weight: f64,
+    /// `√I`.
+    stretch: f64,
+    /// `|J|`.
+    area: f64,
+    /// `s`.
+    trace: f64,
+    /// In space, how much less well the normal is known than the edges.
+    flatness: f64,
+}
+
+fn sizes(p: &[f64], at: &[At<'_, f64>]) -> Sizes {
+    let solid = Solid::new(p, at);
+    let positions: Vec<Vector<f64>> = at.iter().map(|at| at.position).collect();
+    let inverse = solid.of.inverse;
+    let (i, j) = (solid.squared_stretch(&positions), solid.area(&positions, at[0].dimension));
+    Sizes {
+        stiffness: (solid.mu.abs() + solid.lambda.abs()) * solid.of.area,
+        weight: (inverse[0][0] + inverse[1][1]).sqrt(),
+        stretch: i.sqrt(),
+        area: j.abs(),
+        trace: (i + 2.0 * j).max(0.0).sqrt(),
+        flatness: if at[0].dimension == 3 { 0.5 * i / j } else { 1.0 },
+    }
+}
+
+fn st_venant_kirchhoff_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
+    let Sizes { stiffness, weight, stretch, .. } = sizes(p, at);
+    let strain = 1.0 + stretch * stretch;
+    Scale {
+        energy: stiffness * strain * strain,
+        force: 2.0 * stiffness * weight * strain * stretch,
+        by_position: 6.0 * stiffness * weight * weight * strain,
+        by_velocity: 0.0,
+    }
+}
+
+fn corotated_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
+    let Sizes { stiffness, weight, stretch, trace, flatness, .. } = sizes(p, at);
+    // How much less well `R` is known: in the plane, `s²` is a sum that cancels near reflections.
+    let turn = if at[0].dimension == 3 { flatness } else { 1.0 + stretch / trace };
+    let size = 2.0 + stretch;
+    Scale {
+        energy: stiffness * size * size,
+        force: stiffness * weight * size * turn,
+        by_position: stiffness * weight * weight * (1.0 + size / trace * turn * turn),
+        by_velocity: 0.0,
+    }
+}
+
+fn neo_hookean_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
+    let Sizes { stiffness, weight, stretch, area, flatness, .. } = sizes(p, at);
+    let squared = stretch * stretch;
+    Scale {
+        energy: stiffness * (1.0 + squared + area * area),
+        force: stiffness * weight * stretch * (1.0 + area) * flatness,
+        by_position: stiffness * weight * weight * (1.0 + squared + area) * flatness * flatness,
+        by_velocity: 0.0,
+    }
+}
+
+/// In the plane, the way to the nearest multiple of a reflection: `s` is the length of a linear function of the corners.
+fn corotated_smooth(p: &[f64], at: &[At<'_, f64>]) -> f64 {
+    let Sizes { weight, trace, .. } = sizes(p, at);
+    if at[0].dimension == 2 { trace / weight } else { height(at) }
+}
+
+/// In space, the way to the nearest flat triangle; in the plane, the longest edge: the energy is smooth.
+fn neo_hookean_smooth(_p: &[f64], at: &[At<'_, f64>]) -> f64 {
+    if at[0].dimension == 2 { longest(at) } else { height(at) }
+}
+
+/// The distance of the corners from a line.
+fn height(at: &[At<'_, f64>]) -> f64 {
+    let edge = |corner: usize| difference(&at[corner].position, &at[0].position);
+    norm(&cross(&edge(1), &edge(2))) / longest(at)
+}
+
+fn longest(at: &[At<'_, f64>]) -> f64 {
+    let edge = |[i, j]: [usize; 2]| norm(&difference(&at[i].position, &at[j].position));
+    [[0, 1], [1, 2], [2, 0]].map(edge).into_iter().fold(0.0, f64::max)
+}

@@ -1,0 +1,374 @@
+//! Finite elements with linear shape functions: one element code, and the materials.
+//!
+//! ```text
+//! F = (x_2 − x_1 | x_3 − x_1) B    B = (b_2 − b_1 | b_3 − b_1)⁻¹    U = Ā ψ(F)    P = ∂ψ/∂F
+//! f_a = −Ā P w_a                   ∂f_a/∂d_b e = −Ā dP[e w_bᵀ] w_a
+//! ```
+//!
+//! `b` are the undeformed corners, `Ā` their area, `w_a` the row of `B` of corner `a` as a column, and `dP[dF]` the change
+//! of the stress along `dF`. In space, `F` is 3×2. Lamé's parameters are those of plane stress, with `E` Young's modulus
+//! times the thickness,
+//!
+//! ```text
+//! μ = E/(2 (1 + ν))    λ = E ν/(1 − ν²)
+//! ```
+//!
+//! With `J` the area's ratio, in the plane the determinant of `F`, and `G = ∂J/∂F`, so that `‖G‖ = ‖F‖`,
+//!
+//! ```text
+//! St. Venant–Kirchhoff   ψ = μ ‖ε‖² + λ/2 (tr ε)²                      ε = ½ (FᵀF − I)    P = F (2μ ε + λ tr ε I)
+//! corotated              ψ = μ ‖F − R‖² + λ/2 (tr(RᵀF) − 2)²           P = 2μ (F − R) + λ (s − 2) R
+//! stable neo-Hookean     ψ = μ/2 (‖F‖² − 2J) + (λ + μ)/2 (J − 1)²      P = μ (F − G) + (λ + μ) (J − 1) G
+//! ```
+//!
+//! `R` is the rotation of the polar decomposition, `R = (F + G)/s` with `s = tr(RᵀF) = √(‖F‖² + 2J)`, and
+//! `dR = (dF + dG − (R : dF) R)/s`. By singular values, `ψ` of the last is `μ/2 (σ1 − σ2)² + (λ + μ)/2 (σ1 σ2 − 1)²`: of
+//! Smith, de Goes and Kim's energy, without their logarithm. In a solid, it removes a minimum at `F = 0`. Here there is
+//! none: `J` is of second order in `F`.
+//!
+//! In the plane, a triangle turned inside out has `J < 0`, where both last energies are finite and push it back: they have
+//! no other equilibrium than the rotations, and `F = 0` of the neo-Hookean one, which is none of its minima. That of St.
+//! Venant and Kirchhoff does not tell a rotation from a reflection. The corotated one has a kink at multiples of
+//! reflections, `s = 0`. In space, there is no inside; `J ≥ 0` has a kink at flat triangles, where both have no force.
+//!
+//! Sources: Sifakis and Barbič, FEM simulation of 3D deformable solids (2012), sections 3.3 and 3.4; Smith, de Goes and
+//! Kim, Stable neo-Hookean flesh simulation (2018), section 3.
+
+use std::marker::PhantomData;
+
+use nalgebra::{SMatrix, Vector3};
+
+use super::elastic_triangle::{CORNERS, PARAMETERS, SHAPE, undeformed};
+use super::stencil::{Local, LocalJacobians, StencilForce, StencilLaw};
+use super::{Force, ForceKind, Numbered, Vector};
+use scene::schema::{
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, PartSchema, Potential,
+    Stencil,
+};
+use scene::{ForceElement, Scene};
+
+pub(super) static ST_VENANT_KIRCHHOFF: ForceKind = ForceKind {
+    schema: schema(Described {
+        tag: "stvktriangle",
+        title: "St. Venant–Kirchhoff triangle",
+        formula: "`−∂U/∂x`, with `F = (x_i2 − x_i1 \\| x_i3 − x_i1) (b_2 − b_1 \\| b_3 − b_1)⁻¹`, `ε = ½ (FᵀF − I)`, `b` the undeformed corners, `μ = E/(2 (1 + ν))`, `λ = E ν/(1 − ν²)`",
+        by_position: "`−∂²U/∂x²`: `F dS + dF S` with the stress `S = 2μ ε + λ tr ε I`",
+        energy: "`U = Ā (μ ‖ε‖² + λ/2 (tr ε)²)`, with `Ā` the undeformed area",
+        example: r#"<stvktriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
+    }),
+    build_2d: build::<StVenantKirchhoff<2, 2>, 2>,
+    build_3d: build::<StVenantKirchhoff<3, 2>, 3>,
+};
+
+pub(super) static COROTATED: ForceKind = ForceKind {
+    schema: schema(Described {
+        tag: "corotatedtriangle",
+        title: "corotated triangle",
+        formula: "`−∂U/∂x`, with `F`, `μ` and `λ` as of `stvktriangle`, `F = R S` its polar decomposition, and `s = tr S`",
+        by_position: "`−∂²U/∂x²`, with the derivative of `R`",
+        energy: "`U = Ā (μ ‖F − R‖² + λ/2 (s − 2)²)`",
+        example: r#"<corotatedtriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
+    }),
+    build_2d: build::<Corotated<2>, 2>,
+    build_3d: build::<Corotated<3>, 3>,
+};
+
+pub(super) static NEO_HOOKEAN: ForceKind = ForceKind {
+    schema: schema(Described {
+        tag: "neohookeantriangle",
+        title: "stable neo-Hookean triangle",
+        formula: "`−∂U/∂x`, with `F`, `μ` and `λ` as of `stvktriangle`, and `J` the area per undeformed area: `det F` in the plane, `\\|F_1 × F_2\\|` in space",
+        by_position: "`−∂²U/∂x²`, with the second derivative of `J`",
+        energy: "`U = Ā (μ/2 (‖F‖² − 2J) + (λ + μ)/2 (J − 1)²)`",
+        example: r#"<neohookeantriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
+    }),
+    build_2d: build::<NeoHookean<2>, 2>,
+    build_3d: build::<NeoHookean<3>, 3>,
+};
+
+/// What differs between the materials' entries.
+struct Described {
+    tag: &'static str,
+    title: &'static str,
+    formula: &'static str,
+    by_position: &'static str,
+    energy: &'static str,
+    example: &'static str,
+}
+
+const fn schema(of: Described) -> ForceSchema {
+    ForceSchema {
+        tag: of.tag,
+        title: of.title,
+        formula: of.formula,
+        derivatives: Derivatives {
+            by_position: of.by_position,
+            by_velocity: "0",
+            energy: of.energy,
+        },
+        stencil: Stencil::Named(CORNERS),
+        parameters: PARAMETERS,
+        parts: const {
+            &[PartSchema::whole(&["youngsmodulus"], SHAPE, Dependence::POSITION, Potential::Energy)]
+        },
+        masses: Masses::None,
+        initial: Initial::None,
+        ignored: &[],
+        conserves: Conserves::AngularMomentum,
+        example: of.example,
+    }
+}
+
+fn build<M: Material<D, 2> + 'static, const D: usize>(
+    scene: &Scene,
+    elements: &[Numbered<'_>],
+) -> Box<dyn Force<D>> {
+    Box::new(StencilForce::new(scene, elements, Element::<M, 2>::of_triangle::<D>))
+}
+
+/// `F`, or a stress, or a change of one.
+type Gradient<const D: usize, const N: usize> = SMatrix<f64, D, N>;
+
+/// Lamé's parameters.
+#[derive(Clone, Copy)]
+struct Lame {
+    mu: f64,
+    lambda: f64,
+}
+
+/// A material at one `F`.
+trait Material<const D: usize, const N: usize>: Sized + Send + Sync {
+    /// `None` where the force is not defined.
+    fn at(lame: Lame, f: Gradient<D, N>) -> Option<Self>;
+
+    /// `ψ`.
+    fn energy(&self) -> f64;
+
+    /// `P`.
+    fn stress(&self) -> Gradient<D, N>;
+
+    /// `dP[dF]`.
+    fn change(&self, df: &Gradient<D, N>) -> Gradient<D, N>;
+}
+
+struct Element<M, const N: usize> {
+    lame: Lame,
+    /// `Ā`.
+    volume: f64,
+    /// `B`.
+    inverse: SMatrix<f64, N, N>,
+    material: PhantomData<fn() -> M>,
+}
+
+impl<M> Element<M, 2> {
+    fn of_triangle<const D: usize>(element: &ForceElement) -> Self {
+        let (inverse, volume) = undeformed::<D>(element);
+        let (modulus, nu) = (element.parameter("youngsmodulus"), element.parameter("poissonratio"));
+        let lame =
+            Lame { mu: modulus / (2.0 * (1.0 + nu)), lambda: modulus * nu / (1.0 - nu * nu) };
+        Self { lame, volume, inverse, material: PhantomData }
+    }
+}
+
+impl<M, const N: usize> Element<M, N> {
+    fn material<const D: usize>(&self, at: &Local<N, D>) -> Option<M>
+    where
+        M: Material<D, N>,
+    {
+        M::at(self.lame, Gradient::from_columns(&at.d) * self.inverse)
+    }
+
+    /// The forces of a stress on the corners.
+    fn forces_of<const D: usize>(&self, stress: Gradient<D, N>) -> [Vector<D>; N] {
+        let forces = stress * self.inverse.transpose() * -self.volume;
+        std::array::from_fn(|corner| forces.column(corner).into())
+    }
+}
+
+impl<M: Material<D, N>, const N: usize, const D: usize> StencilLaw<N, D> for Element<M, N> {
+    const ORIGIN: Option<usize> = Some(0);
+
+    fn energy(&self, at: &Local<N, D>) -> Option<f64> {
+        Some(self.volume * self.material(at)?.energy())
+    }
+
+    fn forces(&self, at: &Local<N, D>) -> Option<[Vector<D>; N]> {
+        Some(self.forces_of(self.material(at)?.stress()))
+    }
+
+    fn jacobians(&self, at: &Local<N, D>) -> Option<LocalJacobians<N, D>> {
+        let material = self.material(at)?;
+        let mut jacobians = LocalJacobians::<N, D>::zeros();
+        for b in 0..N {
+            for axis in 0..D {
+                let mut df = Gradient::<D, N>::zeros();
+                df.set_row(axis, &self.inverse.row(b));
+                for (a, force) in self.forces_of(material.change(&df)).iter().enumerate() {
+                    jacobians.by_position[a][b].set_column(axis, force);
+                }
+            }
+        }
+        Some(jacobians)
+    }
+}
+
+struct StVenantKirchhoff<const D: usize, const N: usize> {
+    lame: Lame,
+    f: Gradient<D, N>,
+    /// `ε`.
+    strain: SMatrix<f64, N, N>,
+}
+
+impl<const D: usize, const N: usize> StVenantKirchhoff<D, N> {
+    /// `2μ ε + λ tr ε I`, which is linear in `ε`.
+    fn second_stress(&self, strain: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+        let Lame { mu, lambda } = self.lame;
+        strain * (2.0 * mu) + SMatrix::identity() * (lambda * strain.trace())
+    }
+}
+
+impl<const D: usize, const N: usize> Material<D, N> for StVenantKirchhoff<D, N> {
+    fn at(lame: Lame, f: Gradient<D, N>) -> Option<Self> {
+        let strain = (f.transpose() * f - SMatrix::identity()) * 0.5;
+        Some(Self { lame, f, strain })
+    }
+
+    fn energy(&self) -> f64 {
+        let (Lame { mu, lambda }, trace) = (self.lame, self.strain.trace());
+        mu * self.strain.norm_squared() + 0.5 * lambda * trace * trace
+    }
+
+    fn stress(&self) -> Gradient<D, N> {
+        self.f * self.second_stress(&self.strain)
+    }
+
+    fn change(&self, df: &Gradient<D, N>) -> Gradient<D, N> {
+        let half = self.f.transpose() * df * 0.5;
+        let change = self.second_stress(&(half + half.transpose()));
+        df * self.second_stress(&self.strain) + self.f * change
+    }
+}
+
+struct Corotated<const D: usize> {
+    lame: Lame,
+    f: Gradient<D, 2>,
+    area: Area<D>,
+    /// `R`.
+    rotation: Gradient<D, 2>,
+    /// `s`.
+    trace: f64,
+}
+
+impl<const D: usize> Material<D, 2> for Corotated<D> {
+    fn at(lame: Lame, f: Gradient<D, 2>) -> Option<Self> {
+        let area = Area::of(&f)?;
+        let sum = f + area.gradient();
+        // `‖F + G‖² = 2 s²`, without the cancellation of `‖F‖² + 2J`.
+        let trace = (0.5 * sum.norm_squared()).sqrt();
+        (trace > 0.0).then(|| Self { lame, f, area, rotation: sum / trace, trace })
+    }
+
+    fn energy(&self) -> f64 {
+        let (Lame { mu, lambda }, stretch) = (self.lame, self.trace - 2.0);
+        mu * (self.f - self.rotation).norm_squared() + 0.5 * lambda * stretch * stretch
+    }
+
+    fn stress(&self) -> Gradient<D, 2> {
+        let Lame { mu, lambda } = self.lame;
+        (self.f - self.rotation) * (2.0 * mu) + self.rotation * (lambda * (self.trace - 2.0))
+    }
+
+    fn change(&self, df: &Gradient<D, 2>) -> Gradient<D, 2> {
+        let Lame { mu, lambda } = self.lame;
+        let of_trace = self.rotation.dot(df);
+        let turn = (df + self.area.change(df) - self.rotation * of_trace) / self.trace;
+        (df - turn) * (2.0 * mu)
+            + self.rotation * (lambda * of_trace)
+            + turn * (lambda * (self.trace - 2.0))
+    }
+}
+
+struct NeoHookean<const D: usize> {
+    mu: f64,
+    /// `λ + μ`.
+    bulk: f64,
+    f: Gradient<D, 2>,
+    area: Area<D>,
+    /// `G`.
+    gradient: Gradient<D, 2>,
+}
+
+impl<const D: usize> Material<D, 2> for NeoHookean<D> {
+    fn at(Lame { mu, lambda }: Lame, f: Gradient<D, 2>) -> Option<Self> {
+        let area = Area::of(&f)?;
+        Some(Self { mu, bulk: lambda + mu, f, gradient: area.gradient(), area })
+    }
+
+    fn energy(&self) -> f64 {
+        let growth = self.area.ratio - 1.0;
+        // `‖F − G‖² = 2 (‖F‖² − 2J)`.
+        0.25 * self.mu * (self.f - self.gradient).norm_squared() + 0.5 * self.bulk * growth * growth
+    }
+
+    fn stress(&self) -> Gradient<D, 2> {
+        (self.f - self.gradient) * self.mu + self.gradient * (self.bulk * (self.area.ratio - 1.0))
+    }
+
+    fn change(&self, df: &Gradient<D, 2>) -> Gradient<D, 2> {
+        let turn = self.area.change(df);
+        (df - turn) * self.mu
+            + self.gradient * (self.bulk * self.gradient.dot(df))
+            + turn * (self.bulk * (self.area.ratio - 1.0))
+    }
+}
+
+/// The area per undeformed area, `J = n·(F_1 × F_2)` with the unit normal `n`.
+struct Area<const D: usize> {
+    columns: [Vector3<f64>; 2],
+    /// The z axis in the plane; in space, along `F_1 × F_2`.
+    normal: Vector3<f64>,
+    /// `J`.
+    ratio: f64,
+}
+
+impl<const D: usize> Area<D> {
+    /// `None` of a flat triangle in space.
+    fn of(f: &Gradient<D, 2>) -> Option<Self> {
+        let columns = in_space(f);
+        let product = columns[0].cross(&columns[1]);
+        let (normal, ratio) = if D == 2 {
+            (Vector3::z(), product.z)
+        } else {
+            let ratio = product.norm();
+            (product / ratio, ratio)
+        };
+        (D == 2 || ratio > 0.0).then_some(Self { columns, normal, ratio })
+    }
+
+    /// `G = (F_2 × n | n × F_1)`.
+    fn gradient(&self) -> Gradient<D, 2> {
+        let [p, q] = self.columns;
+        of_space([q.cross(&self.normal), self.normal.cross(&p)])
+    }
+
+    /// `dG[dF]`.
+    fn change(&self, df: &Gradient<D, 2>) -> Gradient<D, 2> {
+        let ([p, q], [dp, dq], n) = (self.columns, in_space(df), self.normal);
+        let (mut of_p, mut of_q) = (dq.cross(&n), n.cross(&dp));
+        if D > 2 {
+            let product = dp.cross(&q) + p.cross(&dq);
+            let turn = (product - n * n.dot(&product)) / self.ratio;
+            of_p += q.cross(&turn);
+            of_q += turn.cross(&p);
+        }
+        of_space([of_p, of_q])
+    }
+}
+
+fn in_space<const D: usize>(f: &Gradient<D, 2>) -> [Vector3<f64>; 2] {
+    [0, 1].map(|column| Vector3::from_fn(|axis, _| if axis < D { f[(axis, column)] } else { 0.0 }))
+}
+
+fn of_space<const D: usize>(columns: [Vector3<f64>; 2]) -> Gradient<D, 2> {
+    Gradient::from_fn(|axis, column| columns[column][axis])
+}

@@ -42,9 +42,9 @@ pub struct Sibling {
     pub files: Files,
     /// Number of tries that it took.
     pub tries: u32,
-    /// Number of mistakes that the original catches, and the sibling as well; `None` if the second simulator does not know
-    /// the scene.
-    pub caught: Option<usize>,
+    /// The mistakes that the original catches, and the sibling as well, by subject and description; `None` if the second
+    /// simulator does not know the scene.
+    pub caught: Option<Vec<[&'static str; 2]>>,
 }
 
 /// A scene for which no sibling was found.
@@ -104,7 +104,8 @@ pub fn find(case: &Case, seed: u64, mistakes: &[Mistake]) -> Result<Sibling, NoS
         });
         match drawn {
             Ok(files) => {
-                let caught = is_known.then_some(caught.len());
+                let name = |mistake: &&Mistake| [mistake.subject, mistake.description];
+                let caught = is_known.then(|| caught.iter().map(name).collect());
                 return Ok(Sibling { files, tries: number + 1, caught });
             }
             Err(fault) => *faults.entry(fault).or_default() += 1,

@@ -1,5 +1,6 @@
 //! `grade oracle generate-hidden`, run in temporary folders.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -38,7 +39,7 @@ fn project() -> TempDir {
 fn hidden_scenes_are_drawn_by_seed_and_graded_at_once() {
     let project = project();
     let folder = project.path();
-    let made = generate(folder, &["--seed", "5", "-o", "hidden"]);
+    let made = generate(folder, &["--seed", "5", "-o", "hidden", "--mistakes", "mistakes.csv"]);
     assert!(made.code == 0, "{}", made.stderr);
     let shown = made.stdout;
     assert!(shown.contains("\nSpring/pair ") && shown.contains("\nSpring/other "), "{shown}");
@@ -57,6 +58,17 @@ fn hidden_scenes_are_drawn_by_seed_and_graded_at_once() {
             assert_eq!(read(&ours) == read(&theirs), is_same, "{name}, seed {seed}");
         }
     }
+    // The counts are those of the table, and each mistake is caught or named.
+    let table = read("mistakes.csv");
+    let rows = table.lines().filter(|line| line.starts_with("Spring/pair,"));
+    let count = rows.count();
+    assert!(count > 10 && shown.contains(&format!(" {count} of {count}\n")), "{count}: {shown}");
+    let caught: BTreeSet<&str> =
+        table.lines().skip(1).filter_map(|line| line.split_once(',')).map(|(_, it)| it).collect();
+    let escaped = shown.lines().filter(|line| line.starts_with("  ")).count();
+    let (caught, all) = (caught.len(), caught.len() + escaped);
+    assert!(shown.contains(&format!("clearly catch {caught} of the {all} planted")), "{shown}");
+
     // A scene alone is drawn as it is among others.
     assert!(generate(folder, &["Spring/pair", "--seed", "5", "-o", "one"]).code == 0);
     assert_eq!(read(&format!("one/{scene}")), own);

@@ -1,5 +1,6 @@
 //! `grade oracle generate-hidden`: draws a sibling of each public scene, with its trace.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -9,12 +10,12 @@ use grader::oracle::folder;
 use grader::suite::assignment::Assignment;
 use grader::suite::{Case, Section};
 use rayon::prelude::*;
-use selftest::mistake;
+use selftest::mistake::{self, Mistake};
 use selftest::sibling::{NoSibling, Sibling, find};
 
 use super::origin;
 use crate::args::SuiteArgs;
-use crate::output::print;
+use crate::output::{print, write_file};
 use crate::stop::{Exit, Stop};
 
 /// Draw a hidden scene for each public one: the same features with other numbers, as well-posed, and catching the same
@@ -43,6 +44,10 @@ pub(crate) struct HiddenArgs {
     /// Write to this folder, which must not exist
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+
+    /// Write to this file which mistake each scene catches (CSV)
+    #[arg(long, value_name = "FILE")]
+    mistakes: Option<PathBuf>,
 
     #[command(flatten)]
     suite: SuiteArgs,
@@ -76,7 +81,12 @@ impl HiddenArgs {
         let scenes: Vec<_> =
             scenes.map(|(case, sibling)| (case.feature.section, &sibling.files)).collect();
         folder::write(&self.output, &scenes, &origin()).map_err(Stop::bad_input)?;
-        print(describe(&cases, &siblings, &self.output).as_bytes())?;
+        if let Some(path) = &self.mistakes {
+            let table = table(&cases, &siblings).map_err(Stop::fault)?;
+            write_file(path, &table).map_err(Stop::about(path))?;
+        }
+        let text = describe(&cases, &siblings, &mistakes, &self.output);
+        print(text.as_bytes())?;
         Ok(Exit::Passed)
     }
 
@@ -94,18 +104,52 @@ impl HiddenArgs {
     }
 }
 
-/// A line for each scene, then what was written, and how to grade with it.
-fn describe(cases: &[Case], siblings: &[Sibling], output: &Path) -> String {
+/// Which mistake each scene catches, as CSV.
+fn table(cases: &[Case], siblings: &[Sibling]) -> csv::Result<Vec<u8>> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(["scene", "subject", "mistake"])?;
+    for (case, sibling) in cases.iter().zip(siblings) {
+        for [subject, description] in sibling.caught.iter().flatten() {
+            table.write_record([&case.id, *subject, description])?;
+        }
+    }
+    table.into_inner().map_err(|error| error.into_error().into())
+}
+
+/// The mistakes that at least one scene catches, of those that may matter on one, and the others.
+fn coverage(cases: &[Case], siblings: &[Sibling], mistakes: &[Mistake]) -> String {
+    let all: BTreeSet<_> =
+        siblings.iter().flat_map(|sibling| sibling.caught.iter().flatten()).copied().collect();
+    let matters = |mistake: &&Mistake| cases.iter().any(|case| mistake.can_matter_on(&case.scene));
+    let possible: Vec<&Mistake> = mistakes.iter().filter(matters).collect();
+    let escape = |mistake: &&&Mistake| !all.contains(&[mistake.subject, mistake.description]);
+    let escaped: Vec<String> = possible
+        .iter()
+        .filter(escape)
+        .map(|mistake| format!("  {}: {}\n", mistake.subject, mistake.description))
+        .collect();
+    let count = possible.len() - escaped.len();
+    let end = if escaped.is_empty() { ".\n" } else { "; not clearly:\n" };
+    let total = possible.len();
+    format!(
+        "Together they clearly catch {count} of the {total} planted mistakes that can matter on them{end}{}\n",
+        escaped.concat()
+    )
+}
+
+/// A line for each scene, the mistakes that they catch together, what was written, and how to grade with it.
+fn describe(cases: &[Case], siblings: &[Sibling], mistakes: &[Mistake], output: &Path) -> String {
     let width = cases.iter().map(|case| case.id.len()).max().unwrap_or(0);
     let mut text = format!("{:width$}  tries  mistakes caught\n", "scene");
     for (case, Sibling { tries, caught, .. }) in cases.iter().zip(siblings) {
         let caught = match caught {
-            Some(count) => format!("{count} of {count}"),
+            Some(caught) => format!("{0} of {0}", caught.len()),
             None => "not tested".to_owned(),
         };
         // A string takes everything.
         let _ = writeln!(text, "{:width$}  {tries:>5}  {caught:>15}", case.id);
     }
+    text += &coverage(cases, siblings, mistakes);
     let (count, folder) = (siblings.len(), output.display());
     // From wherever the rubric is.
     let absolute = std::path::absolute(output).unwrap_or_else(|_| output.to_path_buf());

@@ -145,6 +145,11 @@ mod tests {
             assert!((with.slope - 2.0).abs() < 0.1, "{}: {with:?}", curves.title);
             let lowest = curves.central.iter().copied().fold(f64::INFINITY, f64::min);
             let (first, last) = (curves.central[0], curves.central[curves.central.len() - 1]);
+            if curves.title.starts_with("neohookeantriangle 2D") {
+                // The direction moves one edge alone: the force is quadratic, and central differences are exact.
+                assert!(first < 1e-14, "{curves:?}");
+                continue;
+            }
             assert!(lowest < 1e-8 && first > 1e4 * lowest && last > 1e2 * lowest, "{curves:?}");
         }
     }

@@ -67,7 +67,7 @@ fn assert_no_copies(count: usize) {
 
 #[test]
 fn sampled_mistakes_are_not_taken_for_copies() {
-    assert_no_copies(10);
+    assert_no_copies(4);
 }
 
 #[test]

@@ -146,6 +146,12 @@ impl Scene {
     pub fn n_steps(&self) -> u64 {
         step_count(self.duration, self.time_step) as u64
     }
+
+    /// Whether the last step ends at the duration, but for rounding.
+    pub fn is_divided(&self) -> bool {
+        let end = self.n_steps() as f64 * self.time_step;
+        (end - self.duration).abs() <= 1e-9 * self.duration
+    }
 }
 
 /// `ceil(duration / time_step)`, still as an f64: it may be larger than any integer.

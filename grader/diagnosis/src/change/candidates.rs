@@ -1245,6 +1245,10 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     }
     add(reading, SceneRule::Velocities, 1, "initial velocities are taken as 0".to_owned());
     add(reading, SceneRule::SingleTimeStep, 2, "dt is rounded to single precision".to_owned());
+    if !scene.is_divided() {
+        let words = "dt is the duration divided by the number of steps";
+        add(reading, SceneRule::EvenTimeStep, 2, words.to_owned());
+    }
     for step in time_steps.iter().filter(|step| **step != scene.time_step) {
         add(reading, SceneRule::TimeStep(*step), 2, format!("dt is always taken as {step}"));
         if *step < scene.time_step {
@@ -1365,8 +1369,10 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             add(whole, SceneRule::Scattered(tag), 2, words);
         }
         if of_it().count() > 1 {
-            let words = format!("each {tag} has the parameters of the first");
-            add(whole, SceneRule::FirstParameters(tag), 2, words);
+            for (last, which) in [(false, "first"), (true, "last")] {
+                let words = format!("each {tag} has the parameters of the {which}");
+                add(whole, SceneRule::ParametersOfOne { tag, last }, 2, words);
+            }
             if of_it().all(|element| !element.particles.is_empty()) {
                 let words = format!("each {tag} acts on the particles of the one before it");
                 add(whole, SceneRule::ParticlesBefore(tag), 3, words);

@@ -3,7 +3,7 @@
 //! ```text
 //! sum        a term is left out, has the other sign, counts twice or half
 //! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse;
-//!            a projection is left out
+//!            a projection is left out; the sum or the mean of two masses; the parentheses around a sum are missing
 //! power      another exponent
 //! number     twice or half, one more or less
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
@@ -287,6 +287,38 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 let rest = Expression::Product(without(&without(factors, b), a));
                 let words = format!("lacks the factors {} and {}", factors[a], factors[b]);
                 all.push(Edit::new(rest, words, 2));
+                if [a, b].iter().all(|one| matches!(factors[*one], Expression::Leaf(Leaf::Mass(_))))
+                {
+                    let both = vec![factors[a].clone(), factors[b].clone()];
+                    let product = Expression::Product(both.clone());
+                    let sum = Expression::Sum(both);
+                    let mean = Expression::Product(vec![Expression::Number(0.5), sum.clone()]);
+                    for new in [sum, mean] {
+                        let words = format!("has {new} in the place of {product}");
+                        let whole = without(&replaced(factors, a, new), b);
+                        all.push(Edit::new(Expression::Product(whole), words, 2));
+                    }
+                }
+            }
+            // The parentheses around a sum are missing.
+            for place in 1..factors.len() {
+                let (by, Expression::Sum(terms)) = (&factors[place - 1], &factors[place]) else {
+                    continue;
+                };
+                if !is_symbol(by) || !factors[place].is_number() {
+                    continue;
+                }
+                let product = Expression::Product(vec![by.clone(), factors[place].clone()]);
+                for number in [0, terms.len() - 1] {
+                    let scaled = match &terms[number] {
+                        Expression::Product(inner) => inner.iter().chain([by]).cloned().collect(),
+                        term => vec![by.clone(), term.clone()],
+                    };
+                    let new = Expression::Sum(replaced(terms, number, Expression::Product(scaled)));
+                    let words = format!("has {new} in the place of {product}");
+                    let whole = without(&replaced(factors, place, new), place - 1);
+                    all.push(Edit::new(Expression::Product(whole), words, 2));
+                }
             }
             for (place, factor) in factors.iter().enumerate() {
                 if matches!(factor, Expression::Number(number) if *number == -1.0) {

@@ -854,6 +854,8 @@ pub enum SceneRule {
     TimeStep(f64),
     /// The time step is at most this.
     TimeStepAtMost(f64),
+    /// The time step is the duration divided by the number of steps.
+    EvenTimeStep,
     /// The time step is rounded to single precision.
     SingleTimeStep,
     /// Initial velocities are zero.
@@ -891,8 +893,13 @@ pub enum SceneRule {
     ParameterAs(&'static str, &'static str, &'static str),
     /// Two parameters are read each as the other.
     Exchanged(&'static str, [&'static str; 2]),
-    /// Each element has the parameters of the first.
-    FirstParameters(&'static str),
+    /// Each element of a force has the parameters of the first one, or of the last one.
+    ParametersOfOne {
+        /// The force's tag.
+        tag: &'static str,
+        /// The last one.
+        last: bool,
+    },
     /// An element acts between the particles `edge` and `edge + 1`, or on `edge` in the place of this end.
     EdgeAsParticle(&'static str, Option<usize>),
     /// The first element acts on the first edge, and so on.

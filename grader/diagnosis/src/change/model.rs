@@ -1434,6 +1434,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         }
         SceneRule::TimeStep(step) => scene.time_step = step,
         SceneRule::TimeStepAtMost(step) => scene.time_step = scene.time_step.min(step),
+        SceneRule::EvenTimeStep => scene.time_step = scene.duration / scene.n_steps() as f64,
         SceneRule::SingleTimeStep => scene.time_step = f64::from(scene.time_step as f32),
         SceneRule::Velocities => {
             scene.particles.iter_mut().for_each(|particle| particle.velocity = [0.0; 3]);
@@ -1494,9 +1495,10 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 *element.parameter_mut(other) = values[0];
             }
         }
-        SceneRule::FirstParameters(tag) => {
-            let first = scene.forces.iter().find(|element| of(tag)(element));
-            if let Some(parameters) = first.map(|first| first.parameters.clone()) {
+        SceneRule::ParametersOfOne { tag, last } => {
+            let mut all = scene.forces.iter().filter(|element| of(tag)(element));
+            let one = if last { all.next_back() } else { all.next() };
+            if let Some(parameters) = one.map(|one| one.parameters.clone()) {
                 for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                     element.parameters.clone_from(&parameters);
                 }

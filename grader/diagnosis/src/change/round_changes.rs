@@ -266,7 +266,7 @@ fn of_rest_lengths(scene: &Scene) -> Vec<Change> {
     let mut all = vec![
         of_scene(
             task,
-            SceneRule::FirstParameters(tag),
+            SceneRule::ParametersOfOne { tag, last: false },
             1,
             "every rest length is that of the first spring",
         ),
@@ -274,7 +274,8 @@ fn of_rest_lengths(scene: &Scene) -> Vec<Change> {
     ];
     let has_one = scene.forces.iter().filter(|element| is_elastic(scene, element)).count() < 2;
     all.retain(|change| {
-        !(has_one && change.effect == Effect::Scene(SceneRule::FirstParameters(tag)))
+        !(has_one
+            && change.effect == Effect::Scene(SceneRule::ParametersOfOne { tag, last: false }))
     });
     all
 }

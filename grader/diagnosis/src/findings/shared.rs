@@ -80,6 +80,8 @@ fn properties(right: &[&Scene]) -> Vec<Property> {
     }
     let masses = |scene: &Scene| scene.particles.iter().any(|particle| particle.mass != 1.0);
     add("masses other than 1", None, Box::new(masses));
+    let is_cut = |scene: &Scene| !scene.is_divided();
+    add("a duration that is no multiple of dt", None, Box::new(is_cut));
     let most = right.iter().map(|scene| scene.particles.len()).max().unwrap_or(0);
     let is_large = move |scene: &Scene| scene.particles.len() > most;
     add(&format!("more than {most} particles"), None, Box::new(is_large));

@@ -16,6 +16,7 @@ pub mod provenance;
 mod breaker;
 mod diagnose;
 mod judge;
+mod measured;
 mod refusal;
 mod restart;
 mod result;
@@ -195,7 +196,9 @@ impl<'a> Grader<'a> {
             let offers = |tag: &str, dimension| {
                 self.assignment.is_none_or(|assignment| assignment.scope().offers(tag, dimension))
             };
-            grading.probing = Some(probe::probe(program, offers));
+            let mut probing = probe::probe(program, offers);
+            measured::take_back(&mut probing, &grading.findings.list);
+            grading.probing = Some(probing);
         }
         if let (Some(program), Some(secret)) = (program(), checks.altered) {
             observer.notice(Event::Task(Task::Altered));

@@ -109,7 +109,7 @@ impl<'a> Session<'a> {
         }
         let is_wrong = |finding: &Finding| finding.verdict == Verdict::Wrong;
         if is_wrong(&report.force_finding) && is_wrong(&report.step) {
-            report.step = not_measured(
+            report.step = Finding::not_measured(
                 "steps are held against the program's own forces, and these are wrong",
             );
         }
@@ -235,7 +235,7 @@ impl<'a> Session<'a> {
             Err(failure) => {
                 report.step = failed(failure);
                 let blocks = match report.step.verdict {
-                    Verdict::Wrong => not_measured(&failure.to_string()),
+                    Verdict::Wrong => Finding::not_measured(&failure.to_string()),
                     _ => report.step.clone(),
                 };
                 return not_judged(report, &blocks);
@@ -551,11 +551,6 @@ impl<'a> Session<'a> {
             implicit: implicit.map_or_else(String::new, |implicit| text(&step, implicit)),
         }
     }
-}
-
-/// The finding on what a wrong program does not show.
-fn not_measured(because: &str) -> Finding {
-    Finding::only(Verdict::Inconclusive, format!("could not be measured, because {because}"))
 }
 
 /// The derivatives of a part at each state, from those of its force with it and without it.

@@ -80,6 +80,11 @@ impl Finding {
         Self { verdict, reason: reason.into(), error: None, bound: None, worst: None }
     }
 
+    /// The finding on what a wrong program does not show.
+    pub(super) fn not_measured(because: &str) -> Self {
+        Self::only(Verdict::Inconclusive, format!("could not be measured, because {because}"))
+    }
+
     /// The finding about these entries; `scale` is the size of the largest one.
     pub(super) fn of(entries: impl Iterator<Item = Entry>, scale: f64) -> Self {
         let (mut error, mut bound): (f64, f64) = (0.0, 0.0);
@@ -201,5 +206,20 @@ impl PartReport {
     pub fn verdict(&self) -> Verdict {
         let verdicts = self.findings().map(|(_, finding)| finding.verdict);
         verdicts.max().unwrap_or(Verdict::NotOffered)
+    }
+
+    /// Takes back what is called wrong: of the force and the blocks, or of the blocks alone, which implicit steps measure.
+    pub fn take_back(&mut self, with_force: bool, because: &str) {
+        let force = with_force.then_some(&mut self.force_finding);
+        let mut is_taken = false;
+        for finding in self.blocks.iter_mut().chain(force) {
+            if finding.verdict == Verdict::Wrong {
+                *finding = Finding::not_measured(because);
+                is_taken = true;
+            }
+        }
+        if is_taken {
+            self.diagnosis.clear();
+        }
     }
 }

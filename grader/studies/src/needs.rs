@@ -169,7 +169,9 @@ pub fn general(scene: &Scene) -> Scene {
             if is_zero { 0.0 } else { parameter.typical.0 }
         });
         let element = ForceElement::new(schema, &particles, None, parameters.collect());
-        if (scene.integrator.refuses)(&element).is_none() {
+        // A flat triangle has no normal in space.
+        let is_defined = is_defined_at(&general, &element, &general.positions());
+        if is_defined && (scene.integrator.refuses)(&element).is_none() {
             general.forces.push(element);
         }
     }
@@ -178,8 +180,13 @@ pub fn general(scene: &Scene) -> Scene {
 
 /// Whether an element is defined where all particles meet.
 fn is_defined_everywhere(scene: &Scene, element: &ForceElement) -> bool {
-    let zeros = vec![0.0; scene.particles.len() * scene.dimension.count()];
-    let force = Laws::of(scene, std::slice::from_ref(element)).force(&zeros, &zeros, 0.0);
+    is_defined_at(scene, element, &vec![0.0; scene.particles.len() * scene.dimension.count()])
+}
+
+/// Whether an element is defined at these positions, at rest.
+fn is_defined_at(scene: &Scene, element: &ForceElement, positions: &[f64]) -> bool {
+    let laws = Laws::of(scene, std::slice::from_ref(element));
+    let force = laws.force(positions, &vec![0.0; positions.len()], 0.0);
     force.iter().all(|component| component.is_finite())
 }
 

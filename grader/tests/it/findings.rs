@@ -12,7 +12,7 @@ use grader::suite::assignment::Assignment;
 use grader::verdict::{Failure, Verdict};
 use scene::Scene;
 use scene::trace::State;
-use test_support::{root, suite};
+use test_support::{root, sample, suite};
 
 /// Scenes of more particles are left out: a model solves dense systems.
 const SMALL: usize = 20;
@@ -95,86 +95,99 @@ fn candidate(words: &str) -> Change {
     found.unwrap_or_else(|| panic!("no candidate is {words:?}"))
 }
 
-#[test]
-fn changes_are_identified_from_traces() {
-    assert_eq!(findings(&[], |states| states), []);
-    for words in [
-        "explicit-euler: fixed particles stand still, although they have a velocity",
-        "linearized-implicit-euler: the velocities of fixed particles are set to zero",
-        "masses are read as integers",
-        "dt is the duration divided by the number of steps",
-        "each gravitationalforce has the parameters of the last",
-        "gravitationalforce has m_i + m_j in the place of m_i m_j",
-        "springforce's elastic force has k l − l0 in the place of k (l − l0)",
-        "free particles are taken as fixed, and fixed ones as free",
-        "of the numbers of edges: numbers are taken to start at 1",
-        "of the numbers of particles and edges: only the first digit of a number is read",
-        "simplegravity is divided by the mass twice",
-        "of several springforce with the same first or second particle, the last alone acts on it",
-        "symplectic-euler: forces along y are not divided by the mass",
-        "symplectic-euler: dragdamping acts on the velocities that the other forces give",
-        "linearized-implicit-euler: forces and Jacobians are evaluated with twice the velocities",
-        "linearized-implicit-euler: dF/dx is evaluated with velocities of 0",
-        "linearized-implicit-euler: Jacobians are forward differences with a step of 1e-4",
-        "both Jacobians of every force between particles are assigned to the blocks of a particle by itself, not added",
-        "implicit methods hold fixed particles as if all x came before all y",
-        "dF/dx of gravitationalforce has −2 in the place of −3",
-        "dF/dx of springforce's damping multiplies its matrices entry by entry",
-        "springforce reads k as an integer",
-        "springforce uses b = 1 where it is not given",
-        "the last force of a scene is left out where there are several",
-        "implicit-euler: Newton's method stops at an update of 1",
-        "implicit-euler: Newton's method stops where the sum of the update is negative",
-        "explicit-euler: fixed particles stand still, and their velocities are set to zero",
-        "springforce has no effect where b is 0",
-        "springforce overwrites the forces on its first particle of the elements before it",
-        "each springforce acts on the next edge, whatever its edge attribute",
-        "simplegravity does not act on the last particle",
-        "symplectic-euler: positions move first, with the old velocity; forces are evaluated there",
-        "linearized-implicit-euler: the forces are divided by the mass, and the matrix has M",
-        "linearized-implicit-euler: the matrix is solved as a symmetric one, by its lower triangle",
-        "linearized-implicit-euler: the matrix has the blocks on its diagonal alone",
-        "implicit methods hold only the first of several fixed particles",
-        "linearized-implicit-euler: the Jacobians are those of the step before",
-        "linearized-implicit-euler: the right-hand side has h² dF/dx v as well, although forces are taken at x + h v",
-        "symplectic-euler: each particle moves before the forces on the next are evaluated",
-        "dragdamping acts on as many coordinates as there are particles, the first ones",
-        "dragdamping reads the velocities at the start of the step under implicit methods",
-        "dragdamping has each component of v_i multiplied by its size",
-        "simplegravity has its y component with the wrong sign",
-        "gravitationalforce reads a mass at the number of its particle, in a list with one for each coordinate",
-        "gravitationalforce lacks the factors m_i and m_j",
-        "gravitationalforce has l² in the place of l, in its Jacobians as well",
-        "dF/dx of gravitationalforce has its block j i added to the block i j",
-        "the last element of springforce has no effect, in forces alone",
-        "springforce takes the initial distance of its particles for l0",
-        "springforce reads k and l0 each as the other",
-        "dt is taken as 0.01 where it is larger",
-        "springforce's elastic force reads x for y of the position of j",
-        "dF/dx of springforce's elastic force has the xx entry of its blocks in the place of the yy entry",
-        "springforce's damping has v_i − (v_j.x, v_j.x) in the place of w",
-        "explicit-euler: each step adds to the forces of the steps before, not set to zero in between",
-        "linearized-implicit-euler: each step adds to the matrix of the steps before, not set to zero in between",
-        "linearized-implicit-euler: each step uses the Jacobians of the first one",
-        "linearized-implicit-euler: dF/dx is evaluated at x, not x + h v",
-        "linearized-implicit-euler: dF/dx and dF/dv have the wrong sign in the matrix",
-        "springforce's elastic force lacks its y component on the second of two particles",
-        "dF/dx of springforce's elastic force has the wrong sign in the xy entry of its block i j",
-        "the block j j of dF/dx of springforce is assigned, not added",
-        "gravitationalforce overwrites the forces on its first particle of the elements before it, along x alone",
-        "linearized-implicit-euler: the elimination leaves out the last row",
-        "linearized-implicit-euler: back substitution leaves out the unknown next to the diagonal",
-        "linearized-implicit-euler: the elimination takes the absolute value of each row's factor",
-        "implicit-euler: M (u − v) is missing on the right-hand side; Newton's method ends after 50 iterations",
-        "in all forces, lengths have no root: l is d·d",
-        "in all forces, directions are divided by the length twice: n is d/l²",
-    ] {
+const CHANGES: &[&str] = &[
+    "explicit-euler: fixed particles stand still, although they have a velocity",
+    "linearized-implicit-euler: the velocities of fixed particles are set to zero",
+    "masses are read as integers",
+    "dt is the duration divided by the number of steps",
+    "each gravitationalforce has the parameters of the last",
+    "gravitationalforce has m_i + m_j in the place of m_i m_j",
+    "springforce's elastic force has k l − l0 in the place of k (l − l0)",
+    "free particles are taken as fixed, and fixed ones as free",
+    "of the numbers of edges: numbers are taken to start at 1",
+    "of the numbers of particles and edges: only the first digit of a number is read",
+    "simplegravity is divided by the mass twice",
+    "of several springforce with the same first or second particle, the last alone acts on it",
+    "symplectic-euler: forces along y are not divided by the mass",
+    "symplectic-euler: dragdamping acts on the velocities that the other forces give",
+    "linearized-implicit-euler: forces and Jacobians are evaluated with twice the velocities",
+    "linearized-implicit-euler: dF/dx is evaluated with velocities of 0",
+    "linearized-implicit-euler: Jacobians are forward differences with a step of 1e-4",
+    "both Jacobians of every force between particles are assigned to the blocks of a particle by itself, not added",
+    "implicit methods hold fixed particles as if all x came before all y",
+    "dF/dx of gravitationalforce has −2 in the place of −3",
+    "dF/dx of springforce's damping multiplies its matrices entry by entry",
+    "springforce reads k as an integer",
+    "springforce uses b = 1 where it is not given",
+    "the last force of a scene is left out where there are several",
+    "implicit-euler: Newton's method stops at an update of 1",
+    "implicit-euler: Newton's method stops where the sum of the update is negative",
+    "explicit-euler: fixed particles stand still, and their velocities are set to zero",
+    "springforce has no effect where b is 0",
+    "springforce overwrites the forces on its first particle of the elements before it",
+    "each springforce acts on the next edge, whatever its edge attribute",
+    "simplegravity does not act on the last particle",
+    "symplectic-euler: positions move first, with the old velocity; forces are evaluated there",
+    "linearized-implicit-euler: the forces are divided by the mass, and the matrix has M",
+    "linearized-implicit-euler: the matrix is solved as a symmetric one, by its lower triangle",
+    "linearized-implicit-euler: the matrix has the blocks on its diagonal alone",
+    "implicit methods hold only the first of several fixed particles",
+    "linearized-implicit-euler: the Jacobians are those of the step before",
+    "linearized-implicit-euler: the right-hand side has h² dF/dx v as well, although forces are taken at x + h v",
+    "symplectic-euler: each particle moves before the forces on the next are evaluated",
+    "dragdamping acts on as many coordinates as there are particles, the first ones",
+    "dragdamping reads the velocities at the start of the step under implicit methods",
+    "dragdamping has each component of v_i multiplied by its size",
+    "simplegravity has its y component with the wrong sign",
+    "gravitationalforce reads a mass at the number of its particle, in a list with one for each coordinate",
+    "gravitationalforce lacks the factors m_i and m_j",
+    "gravitationalforce has l² in the place of l, in its Jacobians as well",
+    "dF/dx of gravitationalforce has its block j i added to the block i j",
+    "the last element of springforce has no effect, in forces alone",
+    "springforce takes the initial distance of its particles for l0",
+    "springforce reads k and l0 each as the other",
+    "dt is taken as 0.01 where it is larger",
+    "springforce's elastic force reads x for y of the position of j",
+    "dF/dx of springforce's elastic force has the xx entry of its blocks in the place of the yy entry",
+    "springforce's damping has v_i − (v_j.x, v_j.x) in the place of w",
+    "explicit-euler: each step adds to the forces of the steps before, not set to zero in between",
+    "linearized-implicit-euler: each step adds to the matrix of the steps before, not set to zero in between",
+    "linearized-implicit-euler: each step uses the Jacobians of the first one",
+    "linearized-implicit-euler: dF/dx is evaluated at x, not x + h v",
+    "linearized-implicit-euler: dF/dx and dF/dv have the wrong sign in the matrix",
+    "springforce's elastic force lacks its y component on the second of two particles",
+    "dF/dx of springforce's elastic force has the wrong sign in the xy entry of its block i j",
+    "the block j j of dF/dx of springforce is assigned, not added",
+    "gravitationalforce overwrites the forces on its first particle of the elements before it, along x alone",
+    "linearized-implicit-euler: the elimination leaves out the last row",
+    "linearized-implicit-euler: back substitution leaves out the unknown next to the diagonal",
+    "linearized-implicit-euler: the elimination takes the absolute value of each row's factor",
+    "implicit-euler: M (u − v) is missing on the right-hand side; Newton's method ends after 50 iterations",
+    "in all forces, lengths have no root: l is d·d",
+    "in all forces, directions are divided by the length twice: n is d/l²",
+];
+
+/// Plants so many of the changes, one at a time.
+fn assert_identified(count: usize) {
+    for words in sample(CHANGES, count) {
         let found = findings(&[candidate(words)], |states| states);
         let [Finding { kind: FindingKind::Cause, words: named, .. }] = found.as_slice() else {
             panic!("{words}: {found:#?}");
         };
         assert!(named.iter().any(|named| named == words), "{words}: {named:?}");
     }
+}
+
+#[test]
+fn sampled_changes_are_identified_from_traces() {
+    assert_eq!(findings(&[], |states| states), []);
+    assert_identified(24);
+}
+
+#[test]
+#[ignore = "long: ten seconds"]
+fn long_changes_are_identified_from_traces() {
+    assert_identified(usize::MAX);
 }
 
 #[test]

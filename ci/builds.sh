@@ -12,6 +12,7 @@ tools=target/builds-tools
 [ -d $tools ] || { python3 -m venv $tools && $tools/bin/pip install --quiet ziglang; }
 cargo build --release --locked --quiet --bin grade
 export WINEARCH=win64 WINEPREFIX=$PWD/$tools/wine WINEDEBUG=-all
+mkdir -p "$WINEPREFIX"
 # Wine's server stays: one that ends while the next program begins takes it along.
 wineserver -p
 trap 'wineserver -k' EXIT

@@ -15,7 +15,7 @@ built=target/$target/release
 
 work=$PWD/target/windows
 rm -rf "$work"
-mkdir -p "$work/bin" "$work/my work"
+mkdir -p "$work/bin" "$work/my work" "$work/prefix"
 cp "$built/grade.exe" "$built/simulate.exe" "$work/bin"
 x86_64-w64-mingw32-gcc -O1 -shared -o "$work/bin/bcryptprimitives.dll" ci/windows/prng.c -ladvapi32
 x86_64-w64-mingw32-gcc -O1 -o "$work/bin/hangs.exe" ci/windows/hangs.c

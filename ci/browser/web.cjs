@@ -94,15 +94,18 @@ async function main(executable) {
   }
   await shot("refused");
 
-  // Drop.
-  await page.evaluate(() => { document.documentElement.dataset.state = "asked"; });
-  const bytes = fs.readFileSync(zip).toString("base64");
-  await page.evaluate((digits) => {
-    const data = new DataTransfer();
-    data.items.add(new File([Uint8Array.from(atob(digits), (digit) => digit.charCodeAt(0))], "right.zip"));
-    document.getElementById("drop").dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
-  }, bytes);
-  await reached("passed");
+  // Drop, as the system does it: a zip, then a folder.
+  const devtools = await page.context().newCDPSession(page);
+  const { x, y } = await (await page.$("#drop")).boundingBox();
+  for (const [dropped, state] of [[zip, "passed"], [wrong, "failed"]]) {
+    await page.evaluate(() => { document.documentElement.dataset.state = "asked"; });
+    const data = { items: [], files: [dropped], dragOperationsMask: 1 };
+    for (const type of ["dragEnter", "dragOver", "drop"]) {
+      await devtools.send("Input.dispatchDragEvent", { type, x: x + 5, y: y + 5, data });
+    }
+    await reached(state);
+  }
+  assert.match(await page.textContent("#text"), new RegExp(SCENE));
 
   // Keyboard.
   await page.focus("#assignment");

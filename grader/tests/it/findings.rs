@@ -7,8 +7,8 @@ use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::submission::StateSource;
-use grader::suite::NoTrace;
 use grader::suite::assignment::Assignment;
+use grader::suite::{Case, NoTrace};
 use grader::verdict::{Failure, Verdict};
 use scene::Scene;
 use scene::trace::State;
@@ -188,6 +188,25 @@ fn sampled_changes_are_identified_from_traces() {
 #[ignore = "long: ten seconds"]
 fn long_changes_are_identified_from_traces() {
     assert_identified(usize::MAX);
+}
+
+#[test]
+fn two_forces_on_the_velocities_that_others_give_have_a_step() {
+    let rule = "acts on the velocities that the other forces give";
+    let changes = ["dragdamping", "springforce's damping"]
+        .map(|force| candidate(&format!("symplectic-euler: {force} {rule}")));
+    let has_both = |scene: &Scene| {
+        let has = |tag: &str, parameter: &str| {
+            let mut all = scene.forces.iter();
+            all.any(|element| element.schema.tag == tag && element.parameter(parameter) != 0.0)
+        };
+        has("dragdamping", "b") && has("springforce", "b")
+    };
+    let cases = suite().cases;
+    let is_it =
+        |case: &&Case| case.scene.integrator.name == "symplectic-euler" && has_both(&case.scene);
+    let case = cases.iter().find(is_it).expect("a scene with both");
+    assert_eq!(states(&case.scene, &changes).len() as u64, case.scene.n_steps() + 1);
 }
 
 #[test]

@@ -63,7 +63,7 @@ pub(super) struct Point {
     pub(super) start: [Vec<f64>; 2],
     /// Those at the start of the step before, where a term reads them.
     pub(super) earlier: Option<[Vec<f64>; 2]>,
-    /// The velocities that other forces give, where a term reads them.
+    /// The velocities that other forces give, where one term reads them. Another one has `v`.
     pub(super) given: Vec<f64>,
 }
 
@@ -82,7 +82,8 @@ impl Point {
         let [x, v] = match from {
             Some(Start::EarlierPositions) => [x_earlier, &self.v],
             Some(Start::EarlierVelocities) => [&self.x, v_earlier],
-            Some(Start::OtherForces) => [&self.x, &self.given],
+            Some(Start::OtherForces) if !self.given.is_empty() => [&self.x, &self.given],
+            Some(Start::OtherForces) => [&self.x, &self.v],
             Some(Start::Positions) => [x, &self.v],
             Some(Start::Velocities) => [&self.x, v],
             Some(Start::Both) => [x, v],

@@ -451,7 +451,13 @@ pub(super) fn write_adjustments(out: &mut dyn Write, grading: &Grading) -> io::R
 
 /// The overall result in a sentence.
 pub(super) fn outcome(grading: &Grading) -> String {
+    let is_measured_wrong = remarks::measured(grading).next().is_some();
     match grading.outcome() {
+        // What is measured costs no points.
+        GradingOutcome::Passed | GradingOutcome::PassedShipped if is_measured_wrong => {
+            let which = if grading.is_flawless() { "features" } else { "required features" };
+            format!("All {which} passed; single steps show a mistake.")
+        }
         GradingOutcome::Passed if grading.is_flawless() => "All passed.".to_owned(),
         GradingOutcome::PassedShipped if grading.is_flawless() => {
             "All shipped scenes passed.".to_owned()
@@ -459,9 +465,7 @@ pub(super) fn outcome(grading: &Grading) -> String {
         GradingOutcome::Passed | GradingOutcome::PassedShipped => {
             "All required features passed.".to_owned()
         }
-        GradingOutcome::Failed
-            if grading.only_lacks() && remarks::measured(grading).next().is_none() =>
-        {
+        GradingOutcome::Failed if grading.only_lacks() && !is_measured_wrong => {
             "Unfinished; nothing wrong was found in what is there.".to_owned()
         }
         GradingOutcome::Failed => {
@@ -529,5 +533,22 @@ pub(super) fn write_score(out: &mut dyn Write, grading: &Grading) -> io::Result<
             };
             writeln!(out, "  Creative scene: {marks}, of {}{of}", points::shown(creative.maximum))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use grader::probe::{BuiltIn, Verdict, probe};
+
+    use super::*;
+
+    #[test]
+    fn a_mistake_in_single_steps_is_said_where_all_features_pass() {
+        let mut grading = Grading::default();
+        assert_eq!(outcome(&grading), "All passed.");
+        let mut probing = probe(&BuiltIn, |tag, _| tag == "dragdamping");
+        probing.parts[0].force_finding.verdict = Verdict::Wrong;
+        grading.probing = Some(probing);
+        assert_eq!(outcome(&grading), "All features passed; single steps show a mistake.");
     }
 }

@@ -75,7 +75,7 @@ static void element(const char *tag, int is_edge) {
     link[n_links++].a = number(tag, "G", 0);
   } else if (TAG("dragdamping")) drag += number(tag, "b", 0);
   else if (TAG("simplegravity")) gx += number(tag, "fx", 0), gy += number(tag, "fy", 0);
-  else if (length > 5 && !strncmp(tag + length - 5, "force", 5)) {
+  else if ((length > 5 && !strncmp(tag + length - 5, "force", 5)) || (length > 8 && !strncmp(tag + length - 8, "triangle", 8))) {
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)length, tag);
     refuse("unknown element", name);

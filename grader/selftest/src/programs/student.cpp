@@ -399,7 +399,7 @@ static Real number(const Attributes &a, const char *name, double otherwise) {
 }
 
 static void element(const std::string &tag, const Attributes &a) {
-  bool force = tag.find("force") != std::string::npos || tag == "dragdamping" || tag == "simplegravity";
+  bool force = tag.find("force") != std::string::npos || tag.find("triangle") != std::string::npos || tag == "dragdamping" || tag == "simplegravity";
   if (force && elements++ > 0 && is("reading: only the first force")) return;
   if (tag == "duration") duration = is("reading: the duration is always 1 s") ? Real(1) : number(a, "time", 0);
   else if (tag == "integrator") {

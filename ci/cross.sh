@@ -50,7 +50,7 @@ cross() {
     esac
     PATH=${tools:+$tools:}$PATH RUSTC_BOOTSTRAP=1 RUSTC=/usr/bin/rustc RUSTFLAGS="${flags[*]}" CARGO_TARGET_DIR=$CROSS_FOLDER \
         CARGO_PROFILE_RELEASE_PANIC=abort CARGO_PROFILE_DIST_PANIC=abort CARGO_PROFILE_DEV_PANIC=abort \
-        /usr/bin/cargo "$command" --locked --quiet --target "$target" -Zbuild-std=std,panic_abort "$@"
+        /usr/bin/cargo "$command" --locked --quiet --target "$target" -Zbuild-std=std,panic_abort -Zpanic-abort-tests "$@"
 }
 
 # same_traces COMMAND…: how many traces of this simulator have the bytes of the stored ones, and the names of the others.

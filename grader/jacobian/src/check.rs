@@ -8,6 +8,7 @@ use fastrand::Rng;
 use crate::branches::{self, Domain};
 use crate::function::{Calls, Function};
 use crate::likeness::{Change, Likeness, Pair};
+use crate::probes;
 use crate::ridders::rounded_steps;
 use crate::state::{Finding, Observation, State, observe};
 use crate::structure::{self, Property, PropertyFinding};
@@ -160,6 +161,7 @@ pub fn check(function: &mut Function<'_>, settings: &Settings) -> Report {
             let found =
                 branches::search(function, domain, &states, (settings.block, most), &mut rng);
             states.extend(found);
+            states.extend(probes::search(function, domain, most, &mut rng));
         }
     }
     let mut tally = Tally::default();

@@ -72,10 +72,15 @@ impl<'a> Function<'a> {
         |x, values| self.evaluate(x, values)
     }
 
+    /// Number of calls that a Jacobian takes.
+    pub(crate) fn calls_of_jacobian(&self) -> usize {
+        if matches!(self.derivative, Derivative::Product(_)) { self.columns } else { 1 }
+    }
+
     /// The Jacobian at `x`; not a number where it is undefined.
     pub fn jacobian(&mut self, x: &[f64]) -> Matrix {
         let (rows, columns) = (self.rows, self.columns);
-        self.calls.jacobians += 1;
+        self.calls.jacobians += self.calls_of_jacobian();
         let mut triplets = Vec::new();
         let defined = match &mut self.derivative {
             Derivative::Dense(fill) => {
@@ -94,7 +99,6 @@ impl<'a> Function<'a> {
             }
             Derivative::Sparse(fill) => fill(x, &mut triplets),
             Derivative::Product(product) => {
-                self.calls.jacobians += columns - 1;
                 let (mut direction, mut values) = (vec![0.0; columns], vec![0.0; rows]);
                 (0..columns).all(|column| {
                     direction[column] = 1.0;

@@ -9,6 +9,7 @@
 //! state      every entry at one state
 //! likeness   what a wrong Jacobian looks like
 //! branches   states on every branch of a function
+//! probes     states on branches that are met by no search along lines
 //! structure  symmetry, and invariance under translation and rotation
 //! check      many states, one report
 //! ```
@@ -18,6 +19,7 @@ pub mod check;
 pub mod function;
 pub mod likeness;
 pub mod noise;
+pub mod probes;
 pub mod ridders;
 pub mod state;
 pub mod structure;

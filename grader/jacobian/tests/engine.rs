@@ -252,19 +252,18 @@ fn properties_are_checked_on_request() {
 /// The gradient and Hessian of `m(c) b` for two edges `u`, `v` at distance `w`: `c = |u × v|²`, `b = |w|²`, and a mollifier
 /// `m = c/ε (2 − c/ε)` where the edges are almost parallel (`c < ε`), else 1. `cross` is the factor of the second of the two
 /// products of gradients in the Hessian.
-fn mollified(x: &[f64], cross: f64) -> (Vec<f64>, Vec<f64>) {
-    const EPSILON: f64 = 1e-3;
+fn mollified(x: &[f64], epsilon: f64, cross: f64) -> (Vec<f64>, Vec<f64>) {
     let edge =
         |b: usize, a: usize| -> [f64; 3] { std::array::from_fn(|k| x[3 * b + k] - x[3 * a + k]) };
     let (u, v, w) = (edge(1, 0), edge(3, 2), edge(2, 0));
     let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let (uu, vv, uv, b) = (dot(&u, &u), dot(&v, &v), dot(&u, &v), dot(&w, &w));
     let c = uu * vv - uv * uv;
-    let (m, first, second) = if c < EPSILON {
+    let (m, first, second) = if c < epsilon {
         (
-            c / EPSILON * (2.0 - c / EPSILON),
-            2.0 * (1.0 - c / EPSILON) / EPSILON,
-            -2.0 / (EPSILON * EPSILON),
+            c / epsilon * (2.0 - c / epsilon),
+            2.0 * (1.0 - c / epsilon) / epsilon,
+            -2.0 / (epsilon * epsilon),
         )
     } else {
         (1.0, 0.0, 0.0)
@@ -315,8 +314,8 @@ fn mollified(x: &[f64], cross: f64) -> (Vec<f64>, Vec<f64>) {
 #[test]
 fn a_term_missing_on_a_branch_that_no_random_state_reaches_is_found() {
     let settings = |search| Settings { block: 3, search, ..in_box(12, 1.0) };
-    let gradient = |x: &[f64]| mollified(x, 1.0).0;
-    let with = |cross: f64| move |x: &[f64]| mollified(x, cross).1;
+    let gradient = |x: &[f64]| mollified(x, 1e-3, 1.0).0;
+    let with = |cross: f64| move |x: &[f64]| mollified(x, 1e-3, cross).1;
     let right = checked(gradient, with(1.0), [12, 12], &settings(true));
     assert_eq!(right.verdict, Verdict::Correct, "{right}");
     let blind = Settings { draws: 100, ..settings(false) };
@@ -325,4 +324,50 @@ fn a_term_missing_on_a_branch_that_no_random_state_reaches_is_found() {
     let searched = checked(gradient, with(0.0), [12, 12], &settings(true));
     assert_eq!(searched.verdict, Verdict::Wrong, "{searched}");
     assert!(searched.is_on_branch(), "{searched}");
+}
+
+/// Positions by displacements from a state at rest: no arrangement of the displacements makes the edges parallel or short.
+fn displaced(u: &[f64]) -> Vec<f64> {
+    let rest = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.5, 0.95, 1.3, 0.5];
+    u.iter().zip(rest).map(|(u, rest)| u + rest).collect()
+}
+
+#[test]
+fn a_branch_that_no_arrangement_of_the_variables_reaches_is_found_by_default() {
+    // One point in two thousand is on the branch. A term is missing there; or too large, by less than a probe's line shows, where
+    // other entries are not zero. Without probes, eight of twenty seeds find it.
+    for (seed, cross) in (1..=5).flat_map(|seed| [1.0, 0.0, 1.0001].map(|cross| (seed, cross))) {
+        let gradient = |u: &[f64]| mollified(&displaced(u), 1e-3, 1.0).0;
+        let hessian = |u: &[f64]| mollified(&displaced(u), 1e-3, cross).1;
+        let settings = Settings { seed, ..in_box(12, 1.0) };
+        let report = checked(gradient, hessian, [12, 12], &settings);
+        let verdict = if cross == 1.0 { Verdict::Correct } else { Verdict::Wrong };
+        assert_eq!(report.verdict, verdict, "{cross}: {report}");
+        assert_eq!(report.is_on_branch(), cross != 1.0, "{cross}: {report}");
+    }
+}
+
+#[test]
+fn probes_stay_within_a_number_of_calls_and_accuse_no_chaos() {
+    let calls = |n: usize, search| {
+        let cubes = |x: &[f64]| x.iter().map(|x| x.powi(3)).collect();
+        let slopes = |x: &[f64]| {
+            let entry =
+                |k: usize| if k.is_multiple_of(n + 1) { 3.0 * x[k % n] * x[k % n] } else { 0.0 };
+            (0..n * n).map(entry).collect()
+        };
+        let report = checked(cubes, slopes, [n, n], &Settings { search, ..in_box(n, 1.0) });
+        assert_eq!(report.verdict, Verdict::Correct, "{report}");
+        report.calls.values + report.calls.jacobians
+    };
+    assert!(calls(2, true) < 50_000 && calls(300, true) < 20_000 && calls(300, false) < 12_000);
+    // The logistic map, iterated until rounding hides the derivative.
+    let step = |(y, slope): (f64, f64)| (3.99 * y * (1.0 - y), slope * 3.99 * (1.0 - 2.0 * y));
+    let iterated = |x: f64| (0..35).fold((x, 1.0), |at, _| step(at));
+    let value = |x: &[f64]| x.iter().map(|x| iterated(*x).0).collect();
+    let slopes = |x: &[f64]| vec![iterated(x[0]).1, 0.0, 0.0, iterated(x[1]).1];
+    let domain = Domain { lower: vec![0.1; 2], upper: vec![0.9; 2] };
+    let settings = Settings { domain: Some(domain), ..Settings::default() };
+    let report = checked(value, slopes, [2, 2], &settings);
+    assert_ne!(report.verdict, Verdict::Wrong, "{report}");
 }

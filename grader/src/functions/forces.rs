@@ -12,7 +12,7 @@ use scene::{Dimension, Edge, ForceElement, Scene};
 use simulator::force::{self, ForceKind};
 
 use super::Call;
-use crate::white_box::{CheckState, simulated, states};
+use crate::white_box::{CheckState, states};
 
 /// Rounding errors of a value, in `ε` times the size of its terms: some ten operations by another formula, with a margin of a
 /// hundred. Mistakes of a part in a million are far above it.
@@ -124,7 +124,7 @@ impl ForceQuantity {
         let negative = |values: &mut Vec<f64>| values.iter_mut().for_each(|value| *value = -*value);
         let mut expected: Vec<f64> = match self.gives {
             Gives::Force | Gives::Gradient => expectation.force(&x, &v, 0.0),
-            Gives::Energy => vec![simulated(&scene).energy(&x, &v, 0.0)?],
+            Gives::Energy => vec![expectation.energy(&x, &v, 0.0)?],
             Gives::JacobianX | Gives::HessianX => {
                 let matrix = expectation.jacobians(&x, &v, 0.0).by_position;
                 matrix.transpose().iter().copied().collect()
@@ -177,5 +177,35 @@ fn alone(scene: &Scene, size: usize) -> Scene {
         edges: if edge.is_some() { edges.collect() } else { Vec::new() },
         forces: vec![ForceElement::new(schema, acts_on, edge, element.parameters.clone())],
         ..scene.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::white_box::simulated;
+
+    #[test]
+    fn energies_by_the_law_are_those_of_the_simulator() {
+        let mut forces = 0;
+        for kind in force::REGISTRY {
+            let states = states(kind, Dimension::Two, RANDOM, 1);
+            let Some(law) = law::find(kind.schema.tag) else { continue };
+            let quantity = ForceQuantity { tag: kind.schema.tag, gives: Gives::Energy };
+            forces += usize::from(!quantity.calls().is_empty());
+            for state in &states {
+                let scene = alone(&state.scene, law.size());
+                let (x, v) = (scene.positions(), scene.velocities());
+                let simulated = simulated(&scene).energy(&x, &v, 0.0).filter(|u| u.is_finite());
+                let call = quantity.call(law, state);
+                let (tag, state) = (law.tag, &state.name);
+                assert_eq!(call.is_some(), simulated.is_some(), "{tag} at {state}");
+                if let (Some(call), Some(simulated)) = (call, simulated) {
+                    let error = (call.expected[0] - simulated).abs();
+                    assert!(error <= call.bounds[0], "{tag} at {state}: off by {error:e}");
+                }
+            }
+        }
+        assert_eq!(forces, 12);
     }
 }

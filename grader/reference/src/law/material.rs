@@ -13,7 +13,6 @@
 
 use super::stencil::{TRIANGLE_PARAMETERS, Undeformed, cross, forces_of, undeformed};
 use super::{At, Law, Number, Scale, Symmetry, Vector, difference, dot, norm};
-use num_dual::{Dual, DualNum};
 
 /// The laws of this file.
 pub(super) static LAWS: &[&Law] = &[&ST_VENANT_KIRCHHOFF, &COROTATED, &NEO_HOOKEAN];
@@ -82,42 +81,46 @@ impl Solid {
         let normal = cross(&difference(&x[1], &x[0]), &difference(&x[2], &x[0]));
         normal[2] * (1.0 / self.of.normal[2])
     }
-
-    /// The forces of an energy per area.
-    fn forces<T: Number>(
-        &self,
-        at: &[At<'_, T>],
-        energy: impl Fn(&[Vector<Dual<T>>]) -> Dual<T>,
-    ) -> Vec<Vector<T>> {
-        forces_of(at, |x| energy(x) * self.of.area)
-    }
 }
 
 fn st_venant_kirchhoff<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    forces_of(at, |x| st_venant_kirchhoff_energy(p, at, x))
+}
+
+pub(super) fn st_venant_kirchhoff_energy<A, T: Number>(
+    p: &[f64],
+    at: &[At<'_, A>],
+    x: &[Vector<T>],
+) -> T {
     let solid = Solid::new(p, at);
-    solid.forces(at, |x| {
-        let (i, growth) = (solid.squared_stretch(x), solid.squared_stretch(x) - 2.0);
-        (i * growth - solid.squared_area(x) * 2.0 + 2.0) * (0.25 * solid.mu)
-            + growth * growth * (0.125 * solid.lambda)
-    })
+    let (i, growth) = (solid.squared_stretch(x), solid.squared_stretch(x) - 2.0);
+    let density = (i * growth - solid.squared_area(x) * 2.0 + 2.0) * (0.25 * solid.mu)
+        + growth * growth * (0.125 * solid.lambda);
+    density * solid.of.area
 }
 
 fn corotated<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    forces_of(at, |x| corotated_energy(p, at, x))
+}
+
+pub(super) fn corotated_energy<A, T: Number>(p: &[f64], at: &[At<'_, A>], x: &[Vector<T>]) -> T {
     let solid = Solid::new(p, at);
-    solid.forces(at, |x| {
-        let i = solid.squared_stretch(x);
-        let s = (i + solid.area(x, at[0].dimension) * 2.0).sqrt();
-        (i - s * 2.0 + 2.0) * solid.mu + (s - 2.0) * (s - 2.0) * (0.5 * solid.lambda)
-    })
+    let i = solid.squared_stretch(x);
+    let s = (i + solid.area(x, at[0].dimension) * 2.0).sqrt();
+    let density = (i - s * 2.0 + 2.0) * solid.mu + (s - 2.0) * (s - 2.0) * (0.5 * solid.lambda);
+    density * solid.of.area
 }
 
 fn neo_hookean<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    forces_of(at, |x| neo_hookean_energy(p, at, x))
+}
+
+pub(super) fn neo_hookean_energy<A, T: Number>(p: &[f64], at: &[At<'_, A>], x: &[Vector<T>]) -> T {
     let solid = Solid::new(p, at);
-    solid.forces(at, |x| {
-        let j = solid.area(x, at[0].dimension);
-        (solid.squared_stretch(x) - j * 2.0) * (0.5 * solid.mu)
-            + (j - 1.0) * (j - 1.0) * (0.5 * (solid.lambda + solid.mu))
-    })
+    let j = solid.area(x, at[0].dimension);
+    let density = (solid.squared_stretch(x) - j * 2.0) * (0.5 * solid.mu)
+        + (j - 1.0) * (j - 1.0) * (0.5 * (solid.lambda + solid.mu));
+    density * solid.of.area
 }
 
 /// Sizes that bound the rounding of every material.

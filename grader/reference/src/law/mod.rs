@@ -11,6 +11,7 @@
 //! A law also says how large the terms are that its values are sums of ([`Scale`]), which bounds their
 //! rounding. Units are the scene's. Cost: one evaluation of the force a column.
 
+mod energy;
 mod field;
 mod material;
 mod pair;

@@ -13,7 +13,7 @@
 
 use std::f64::consts::PI;
 
-use num_dual::{Dual, DualNum};
+use num_dual::Dual;
 
 use super::{At, Law, Number, Scale, Symmetry, Vector, difference, dot, named, norm};
 
@@ -46,16 +46,18 @@ static ELASTIC_BENDING: Law = Law::of_stencil(
 .smooth_within(elastic_bending_smooth);
 
 fn elastic_bending<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    forces_of(at, |x| bending_energy(p, at, x))
+}
+
+pub(super) fn bending_energy<A, T: Number>(p: &[f64], at: &[At<'_, A>], x: &[Vector<T>]) -> T {
     let [alpha, theta0] = named(p);
     let stiffness = alpha / path(at);
     let in_plane = at.iter().all(|at| at.dimension == 2);
-    forces_of(at, |x| {
-        let (first, second) = (difference(&x[1], &x[0]), difference(&x[2], &x[1]));
-        let normal = cross(&first, &second);
-        let sine = if in_plane { normal[2] } else { dot(normal, normal).sqrt() };
-        let change = angle(sine, dot(first, second)) - theta0;
-        change * change * (0.5 * stiffness)
-    })
+    let (first, second) = (difference(&x[1], &x[0]), difference(&x[2], &x[1]));
+    let normal = cross(&first, &second);
+    let sine = if in_plane { normal[2] } else { dot(normal, normal).sqrt() };
+    let change = angle(sine, dot(first, second)) - theta0;
+    change * change * (0.5 * stiffness)
 }
 
 /// `atan2(y, x)`. That of dual numbers divides by `x`, which is 0 at a right angle.
@@ -173,21 +175,23 @@ pub(super) fn undeformed(p: &[f64], dimension: usize) -> Undeformed {
 }
 
 fn triangle<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    forces_of(at, |x| triangle_energy(p, at, x))
+}
+
+pub(super) fn triangle_energy<A, T: Number>(p: &[f64], at: &[At<'_, A>], x: &[Vector<T>]) -> T {
     let of = undeformed(p, at[0].dimension);
     let (stiffness, nu, [first, second]) = (of.stiffness(), of.nu, of.inverse);
-    forces_of(at, |x| {
-        let (u, v) = (difference(&x[1], &x[0]), difference(&x[2], &x[0]));
-        let [uu, uv, vv] = [dot(u, u), dot(u, v), dot(v, v)];
-        let strain = [
-            [uu * first[0] + uv * first[1] - 1.0, uv * first[0] + vv * first[1]],
-            [uu * second[0] + uv * second[1], uv * second[0] + vv * second[1] - 1.0],
-        ];
-        let trace = strain[0][0] + strain[1][1];
-        let squared = strain[0][0] * strain[0][0]
-            + strain[0][1] * strain[1][0] * 2.0
-            + strain[1][1] * strain[1][1];
-        (trace * trace * nu + squared * (1.0 - nu)) * (0.5 * stiffness)
-    })
+    let (u, v) = (difference(&x[1], &x[0]), difference(&x[2], &x[0]));
+    let [uu, uv, vv] = [dot(u, u), dot(u, v), dot(v, v)];
+    let strain = [
+        [uu * first[0] + uv * first[1] - 1.0, uv * first[0] + vv * first[1]],
+        [uu * second[0] + uv * second[1], uv * second[0] + vv * second[1] - 1.0],
+    ];
+    let trace = strain[0][0] + strain[1][1];
+    let squared = strain[0][0] * strain[0][0]
+        + strain[0][1] * strain[1][0] * 2.0
+        + strain[1][1] * strain[1][1];
+    (trace * trace * nu + squared * (1.0 - nu)) * (0.5 * stiffness)
 }
 
 fn triangle_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {

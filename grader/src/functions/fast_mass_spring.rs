@@ -1,4 +1,4 @@
-//! The matrices of fast mass-spring, and its step, on small nets.
+//! The matrices of fast mass-spring, one round of it, and its step, on small nets.
 //!
 //! With `n` particles, `m` springs and `p` pins:
 //!
@@ -6,6 +6,7 @@
 //! A  m × n   +1 at the first end of a spring, −1 at the second        r  m × 1   lengths of the springs
 //! M  n × n   masses on the diagonal                                   C  p × n   1 at the pinned particle of each row
 //! Q  n × n   k AᵀA + M/h² + w CᵀC, of its factor                      step       50 rounds: d of each spring, then Q p = b
+//!                                                                     round      one round
 //!
 //! arguments  n m p k h, positions at rest (n × 3), springs (m × 2), masses, pins, forces, positions one step ago, positions,
 //!            then A, M, C, r, Q
@@ -13,6 +14,16 @@
 //!
 //! (Liu et al., *Fast Simulation of Mass-Spring Systems*, 2013, and the assignment made of it.) In `Q`, each large weight `w` is
 //! right. The step is given the right matrices, with the assignment's weight of 1e10, so that it is judged by itself.
+//!
+//! A hand-in has all rounds in one function. One round is judged by it where the others change nothing. With `p` any positions and
+//! `c` a point, the springs of `p₀ = c + σ (p − c)` have the directions of those of `p`, so that both have the same `d`. Forces
+//!
+//! ```text
+//! f = Q p − k Aᵀ d − w CᵀC V − M (2 p₀ − p₋₁)/h²
+//! ```
+//!
+//! make `Q⁻¹ b = p`: the first round from `p₀` gives `p`, and so does each round from `p`. Springs that are longer than at rest keep
+//! rounding errors from growing.
 
 use nalgebra::DMatrix;
 
@@ -26,6 +37,9 @@ const ROUNDS: usize = 50;
 
 /// The weight of the assignment, and the smallest one that counts as large.
 const WEIGHTS: [f64; 2] = [1e10, 1e7];
+
+/// Distances before a round that settles, relative to those after it.
+const SHRUNK: f64 = 0.8;
 
 /// Bound of an entry of a matrix, relative to its size: rounding of a factor and its product, with a margin of fifty.
 const MATRIX: f64 = 1e-13;
@@ -47,14 +61,23 @@ pub enum Matrix {
     Lengths,
     /// The matrix of the global step, of its factor.
     Quadratic,
+    /// A round of local and global step.
+    Round,
     /// The rounds of one step.
     Step,
 }
 
 impl Matrix {
     /// All.
-    pub const ALL: [Self; 6] =
-        [Self::Incidence, Self::Masses, Self::Pins, Self::Lengths, Self::Quadratic, Self::Step];
+    pub const ALL: [Self; 7] = [
+        Self::Incidence,
+        Self::Masses,
+        Self::Pins,
+        Self::Lengths,
+        Self::Quadratic,
+        Self::Round,
+        Self::Step,
+    ];
 
     /// Its name in packs.
     pub const fn name(self) -> &'static str {
@@ -64,6 +87,7 @@ impl Matrix {
             Self::Pins => "C",
             Self::Lengths => "r",
             Self::Quadratic => "Q",
+            Self::Round => "round",
             Self::Step => "step",
         }
     }
@@ -77,7 +101,10 @@ impl Matrix {
 
     pub(super) fn calls(self) -> Vec<Call> {
         // Without pins, C has no entry.
-        let calls = nets().into_iter().map(|net| self.call(&net));
+        let calls = nets().into_iter().map(|net| match self {
+            Self::Round => self.call(&net.settling()),
+            _ => self.call(&net),
+        });
         calls.filter(|call| !call.expected.is_empty()).collect()
     }
 
@@ -88,7 +115,8 @@ impl Matrix {
             Self::Pins => net.selection(),
             Self::Lengths => DMatrix::from_column_slice(net.edges.len(), 1, &net.lengths()),
             Self::Quadratic => net.quadratic(WEIGHTS[1]),
-            Self::Step => net.step(),
+            Self::Round => net.rounds(1),
+            Self::Step => net.rounds(ROUNDS),
         };
         let by_row: Vec<f64> = matrix.transpose().iter().copied().collect();
         let largest = matrix.amax();
@@ -96,7 +124,7 @@ impl Matrix {
         let bound = |place: usize| {
             let (row, column) = (place / matrix.ncols(), place % matrix.ncols());
             match self {
-                Self::Step => STEP * largest,
+                Self::Round | Self::Step => STEP * largest,
                 Self::Quadratic => {
                     MATRIX * (weighted[(row, row)] * weighted[(column, column)]).sqrt()
                 }
@@ -218,22 +246,99 @@ impl Net {
             + weight * c.transpose() * c
     }
 
-    fn step(&self) -> DMatrix<f64> {
+    /// What `Q p` is, but for the springs.
+    fn fixed(&self) -> DMatrix<f64> {
         let [rest, before, now] = &self.positions;
-        let (a, c, lengths) = (self.incidence(), self.selection(), self.lengths());
+        let c = self.selection();
         let masses = DMatrix::from_diagonal(&self.masses.clone().into());
         let inertia = masses * (2.0 * now - before) / (self.time_step * self.time_step);
-        let fixed = WEIGHTS[0] * c.transpose() * &c * rest + inertia + &self.forces;
-        let factor = self.quadratic(WEIGHTS[0]).lu();
-        let mut p = now.clone();
-        for _ in 0..ROUNDS {
-            let mut d = &a * &p;
-            for (mut row, length) in d.row_iter_mut().zip(&lengths) {
-                row *= length / row.norm();
-            }
-            let b = self.stiffness * a.transpose() * d + &fixed;
-            p = factor.solve(&b).unwrap_or(p);
+        WEIGHTS[0] * c.transpose() * &c * rest + inertia + &self.forces
+    }
+
+    /// `k Aᵀ d`, with `d` the springs at `p`, as long as at rest.
+    fn springs(&self, p: &DMatrix<f64>) -> DMatrix<f64> {
+        let a = self.incidence();
+        let mut d = &a * p;
+        for (mut row, length) in d.row_iter_mut().zip(self.lengths()) {
+            row *= length / row.norm();
         }
-        p
+        self.stiffness * a.transpose() * d
+    }
+
+    fn rounds(&self, count: usize) -> DMatrix<f64> {
+        let factor = self.quadratic(WEIGHTS[0]).lu();
+        let fixed = self.fixed();
+        (0..count).fold(self.positions[2].clone(), |p, _| {
+            factor.solve(&(self.springs(&p) + &fixed)).unwrap_or(p)
+        })
+    }
+
+    /// The net with positions and forces from which one round leads to what the next one keeps.
+    fn settling(mut self) -> Self {
+        let rest = &self.positions[0];
+        let is_free = |row: usize| !self.pins.contains(&row);
+        // Free particles to both sides of the net in turn, so that springs are longer than at rest.
+        let side = |row: usize, axis: usize| {
+            [0.3, -0.8, 0.1][axis] * if row.is_multiple_of(2) { 1.2 } else { -1.0 }
+        };
+        let aside =
+            DMatrix::from_fn(
+                rest.nrows(),
+                3,
+                |row, axis| {
+                    if is_free(row) { side(row, axis) } else { 0.0 }
+                },
+            );
+        let end = rest + aside;
+        let centre = rest.row(self.pins.first().copied().unwrap_or(0)).into_owned();
+        let mut start = end.clone();
+        for mut row in start.row_iter_mut() {
+            let offset = SHRUNK * (row.clone_owned() - &centre);
+            row.copy_from(&(&centre + offset));
+        }
+        self.positions[2] = start;
+        self.forces.fill(0.0);
+        self.forces = self.quadratic(WEIGHTS[0]) * &end - self.springs(&end) - self.fixed();
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest error of a step of `count` rounds, relative to the bound of its entries.
+    fn excess(matrix: Matrix, count: usize, change: impl Fn(&mut Net)) -> f64 {
+        let of_net = |net: Net| {
+            let mut net = if matrix == Matrix::Round { net.settling() } else { net };
+            let call = matrix.call(&net);
+            change(&mut net);
+            let stated = net.rounds(count).transpose();
+            let errors = stated.iter().zip(&call.expected).zip(&call.bounds);
+            errors.map(|((a, b), bound)| (a - b).abs() / bound).fold(0.0, f64::max)
+        };
+        nets().into_iter().map(of_net).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_round_is_judged_whatever_the_number_of_rounds() {
+        for count in [1, 2, 10, ROUNDS, 200] {
+            let error = excess(Matrix::Round, count, |_| {});
+            assert!(error < 1e-2, "{count} rounds: {error}");
+            let is_right = excess(Matrix::Step, count, |_| {}) <= 1.0;
+            assert_eq!(is_right, count >= ROUNDS, "{count} rounds");
+        }
+        // What is no round at all, and a mistake in each term.
+        assert!(excess(Matrix::Round, 0, |_| {}) > 1e3);
+        for change in [
+            (|net| net.forces *= 1.0 + 1e-6) as fn(&mut Net),
+            |net| net.masses.iter_mut().for_each(|mass| *mass *= 1.0 + 1e-6),
+            |net| net.stiffness *= 1.0 + 1e-6,
+            |net| net.time_step *= 1.0 + 1e-6,
+            |net| net.positions[1] *= 1.0 + 1e-6,
+            |net| net.positions[0] *= 1.0 + 1e-6,
+        ] {
+            assert!(excess(Matrix::Round, ROUNDS, change) > 1.0);
+        }
     }
 }

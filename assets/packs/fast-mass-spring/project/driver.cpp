@@ -104,7 +104,7 @@ static MatrixXd call(const std::string& name, Numbers numbers) {
         Kind::incidence(n, net.E, A);
         return A;
     }
-    if (name == "step") {
+    if (name == "step" || name == "round") {
         const MatrixXd forces = numbers.matrix(n, 3), before = numbers.matrix(n, 3), now = numbers.matrix(n, 3);
         const auto A = Kind::matrix(numbers.matrix(springs, n)), M = Kind::matrix(numbers.matrix(n, n));
         const auto C = Kind::matrix(numbers.matrix(pins, n));

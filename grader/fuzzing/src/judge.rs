@@ -23,6 +23,7 @@ use scene::schema::Convergence;
 use scene::trace::{Shape, State};
 use simulator::simulation::Simulation;
 
+use crate::conditioning::Conditioning;
 use crate::motion::{Replay, simulate};
 
 /// Numbers that keep right programs from being called wrong.
@@ -35,8 +36,8 @@ pub struct Strictness {
     pub clear_alone: f64,
     /// Largest tolerance, relative to the size of the motion, of a scene that is used.
     pub sensitive: f64,
-    /// Largest change of a motion by changes of a billionth, relative to its size: where it is larger, a force jumps. What
-    /// rounding errors grow by, [`Self::sensitive`] bounds.
+    /// Largest change of a motion by changes of a billionth, relative to its size: where it is larger, a force all but jumps.
+    /// What rounding errors grow by, [`Self::sensitive`] bounds.
     pub jump: f64,
     /// Largest number of a motion that is used.
     pub large: f64,
@@ -46,6 +47,9 @@ pub struct Strictness {
     /// Largest amplification by the matrix of a step, 1 where forces hold or dissipate. Elimination without pivots fails
     /// before others do.
     pub amplification: f64,
+    /// Smallest ratio of a tolerance on updates to their rounding errors. Where it is less, whether an update ever comes below
+    /// the tolerance is chance; the same scene, moved by its size, has several times the rounding errors.
+    pub rounding: f64,
 }
 
 impl Default for Strictness {
@@ -58,6 +62,7 @@ impl Default for Strictness {
             large: 1e6,
             iterations: 8,
             amplification: 1e3,
+            rounding: 16.0,
         }
     }
 }
@@ -148,7 +153,7 @@ pub enum Nothing {
     Explodes,
     /// Particles of a force are in one place, or pass through it in the first guess of a step.
     Degenerate,
-    /// Newton's method takes many iterations, or its matrix is nearly singular.
+    /// Newton's method takes many iterations, its matrix is nearly singular, or its tolerance is near rounding errors.
     Slow,
     /// The steps solve the same equation; another solution.
     OtherRoot,
@@ -283,7 +288,7 @@ impl Judge {
             return Judgement::Tells(Nothing::Slow);
         }
         let Calibration { envelope, is_sound } = calibrate_by(scene, self.classes);
-        if !is_sound || envelope.horizon.is_some() || self.jumps(scene) {
+        if !is_sound || envelope.horizon.is_some() || self.jumps(scene, &envelope) {
             return Judgement::Tells(Nothing::Sensitive);
         }
         let wrong = Wrong { failure, comparison, states, expected: expected.to_vec(), envelope };
@@ -331,45 +336,53 @@ impl Judge {
         Judgement::Wrong(Box::new(Wrong { comparison, ..wrong }))
     }
 
-    /// Whether steps of ours take many iterations, or a matrix is nearly singular.
+    /// Whether steps of ours take many iterations, a matrix is nearly singular, or an update within the tolerance is rounding.
     fn is_slow(&self, scene: &Scene) -> bool {
         let mut simulation = Simulation::new(scene);
         while matches!(simulation.advance(), Ok(true)) {}
         let statistics = simulation.statistics();
+        let Conditioning { amplification, rounding } = Conditioning::of(scene);
+        let is_below_rounding = match scene.integrator.convergence {
+            Convergence::Update(tolerance) => self.strictness.rounding * rounding > tolerance,
+            _ => false,
+        };
+        let amplification = amplification.max(statistics.conditioning.largest);
         statistics.max_newton_iterations > self.strictness.iterations
-            || statistics.conditioning.largest > self.strictness.amplification
+            || amplification > self.strictness.amplification
+            || is_below_rounding
     }
 
-    /// Whether the motion of a scene beside this one is another, as where bars are folded onto each other: exact coordinates
-    /// are on a jump of a force, and the last bits of a 0 show no other side of it.
-    fn jumps(&self, scene: &Scene) -> bool {
-        let Ok(expected) = simulate(scene) else { return true };
+    /// Whether the motion jumps at this scene, as where bars are folded onto each other: exact coordinates are on a jump of a
+    /// force, and the last bits of a 0 show no other side of it.
+    ///
+    /// ```text
+    /// f(x + q d) - q (f(x + d) - f(x)) - f(x)      0 up to q |d|² for a smooth motion f; a jump of f, however small |d| is
+    /// ```
+    fn jumps(&self, scene: &Scene, envelope: &Envelope) -> bool {
+        let Ok(expected) = &simulate(scene) else { return true };
         let size = |values: fn(&State) -> &[f64]| {
             let all = expected.iter().flat_map(&values);
             all.fold(0.0_f64, |size, value| size.max(value.abs()))
         };
         let sizes = [size(|state| &state.positions), size(|state| &state.velocities)];
-        (0..BESIDE).any(|seed| {
-            let mut random = Rng::with_seed(seed);
-            let mut other = scene.clone();
-            for particle in &mut other.particles {
-                for (values, size) in
-                    [&mut particle.position, &mut particle.velocity].into_iter().zip(sizes)
-                {
-                    for value in &mut values[..scene.dimension.count()] {
-                        *value += NEAR * size * (random.f64() - 0.5);
-                    }
-                }
-            }
-            let Ok(found) = simulate(&other) else { return true };
-            let is_far = |a: &[f64], b: &[f64], size: f64| {
-                a.iter().zip(b).any(|(a, b)| (a - b).abs() > self.strictness.jump * size)
-            };
-            found.len() != expected.len()
-                || found.iter().zip(&expected).any(|(a, b)| {
-                    is_far(&a.positions, &b.positions, sizes[0])
-                        || is_far(&a.velocities, &b.velocities, sizes[1])
-                })
+        let is_far = |a: &[f64], b: &[f64], size: f64| {
+            a.iter().zip(b).any(|(a, b)| (a - b).abs() > self.strictness.jump * size)
+        };
+        let mut beside =
+            (0..BESIDE).flat_map(|seed| [NEAR, -NEAR].map(|distance| (seed, distance)));
+        beside.any(|(seed, distance)| {
+            let at =
+                |distance: f64| simulate(&moved(scene, sizes.map(|size| distance * size), seed));
+            let (Ok(far), Ok(near)) = (at(distance), at(NEARER * distance)) else { return true };
+            let is_steep = far.iter().zip(expected).any(|(a, b)| {
+                is_far(&a.positions, &b.positions, sizes[0])
+                    || is_far(&a.velocities, &b.velocities, sizes[1])
+            });
+            let criteria = Criteria::Calibrated(Calibrated::new(envelope.clone(), scene));
+            let back = extrapolated(expected, &far, &near);
+            let (mut ours, mut back) = (Replay::of(expected), Replay::of(&back));
+            let compared = compare(&mut ours, &mut back, Expectation::of(scene), criteria);
+            is_steep || compared.verdict != Verdict::Pass
         })
     }
 
@@ -382,8 +395,42 @@ impl Judge {
 /// How far beside a scene others are, relative to its size.
 const NEAR: f64 = 1e-9;
 
-/// Scenes beside a scene: one in 16 times, all are on one side of a jump.
-const BESIDE: u64 = 4;
+/// The distance of the nearer ones, as a share of that. It is beyond rounding errors, and of a smooth motion no curvature is
+/// left at it.
+const NEARER: f64 = 1e-4;
+
+/// Directions in which scenes are beside a scene, on both sides of it: of two opposite ones, one is beyond a jump.
+const BESIDE: u64 = 2;
+
+/// The scene with its positions and velocities moved by up to half of these distances.
+fn moved(scene: &Scene, distances: [f64; 2], seed: u64) -> Scene {
+    let mut random = Rng::with_seed(seed);
+    let mut other = scene.clone();
+    for particle in &mut other.particles {
+        let values = [&mut particle.position, &mut particle.velocity];
+        for (values, distance) in values.into_iter().zip(distances) {
+            for value in &mut values[..scene.dimension.count()] {
+                *value += distance * (random.f64() - 0.5);
+            }
+        }
+    }
+    other
+}
+
+/// What the states of two scenes beside a scene say of its own, if its motion is smooth.
+fn extrapolated(expected: &[State], far: &[State], near: &[State]) -> Vec<State> {
+    let values = |expected: &[f64], far: &[f64], near: &[f64]| {
+        let pairs = expected.iter().zip(far).zip(near);
+        pairs.map(|((expected, far), near)| near - NEARER * (far - expected)).collect()
+    };
+    let all = expected.iter().zip(far).zip(near);
+    all.map(|((expected, far), near)| State {
+        time: None,
+        positions: values(&expected.positions, &far.positions, &near.positions),
+        velocities: values(&expected.velocities, &far.velocities, &near.velocities),
+    })
+    .collect()
+}
 
 /// The tolerance of further updates, as a share of the scene's.
 const FURTHER: f64 = 1e-3;

@@ -21,6 +21,7 @@
 
 pub mod choices;
 
+mod conditioning;
 mod masses;
 
 pub mod draw;

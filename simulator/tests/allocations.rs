@@ -6,8 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use scene::Scene;
 use scene::schema::IntegratorOptions;
+use simulator::force::REGISTRY as FORCES;
 use simulator::generate::{
-    Beam, Bodies, Chain, Cloth, Generator, Net, Ring, SpringLaw, Springs, Timeline,
+    Beam, Bodies, Chain, Cloth, Disc, Generator, Material, Net, Ring, Rope, Sheet, SpringLaw,
+    Springs, Timeline,
 };
 use simulator::integrator::REGISTRY;
 use simulator::simulation::Simulation;
@@ -52,9 +54,28 @@ fn scenes() -> Vec<(&'static str, Scene)> {
             Cloth { springs: springs(0.0), timeline: timeline(), ..Cloth::default() }.scene(),
         ),
         ("beam", Beam { springs: springs(0.0), timeline: timeline(), ..Beam::default() }.scene()),
+        (
+            "large sheet",
+            Sheet {
+                nx: 96,
+                ny: 48,
+                width: 12.0,
+                height: 6.0,
+                timeline: timeline(),
+                ..Sheet::default()
+            }
+            .scene(),
+        ),
+        ("disc", Disc { timeline: timeline(), ..Disc::default() }.scene()),
+        ("rope", Rope { timeline: timeline(), ..Rope::default() }.scene()),
         ("bodies", Bodies { timeline: timeline(), ..Bodies::default() }.scene()),
     ];
-    scenes.into_iter().map(|(name, scene)| (name, scene.unwrap())).collect()
+    let triangles = FORCES.iter().map(|kind| &kind.schema).filter(|schema| schema.is_triangle());
+    let sheets = triangles.map(|force| {
+        let material = Material { force, ..Sheet::default().material };
+        (force.tag, Sheet { material, timeline: timeline(), ..Sheet::default() }.scene())
+    });
+    scenes.into_iter().chain(sheets).map(|(name, scene)| (name, scene.unwrap())).collect()
 }
 
 /// Allocations made by `task` on any thread of the pool: each thread counts its own, and the threads that do not run

@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 use smallvec::{SmallVec, smallvec};
 
 use error::{Problem, SceneError};
+pub use resolve::is_flat;
 use schema::{
     Coordinate, Dependence, ForceSchema, IntegratorOptions, IntegratorSchema, PartSchema,
     Potential, Vocabulary,

@@ -73,7 +73,7 @@ pub(super) fn refuse_undeformed(
 }
 
 /// Whether these three places are on one line.
-fn is_flat(places: &[[f64; 3]]) -> bool {
+pub fn is_flat(places: &[[f64; 3]]) -> bool {
     let &[a, b, c] = places else { return false };
     let [u, v] = [b, c].map(|end| [0, 1, 2].map(|axis| end[axis] - a[axis]));
     let cross = [0, 1, 2].map(|axis| {

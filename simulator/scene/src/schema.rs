@@ -87,6 +87,12 @@ impl ForceSchema {
         values
     }
 
+    /// Whether an element is a triangle with undeformed corners.
+    pub fn is_triangle(&self) -> bool {
+        let has_corners = self.parameters.iter().any(|parameter| parameter.coordinate.is_some());
+        self.stencil.size() == 3 && has_corners
+    }
+
     /// A zero for each parameter.
     pub fn zeros(&self) -> Parameters {
         self.parameters.iter().map(|_| 0.0).collect()

@@ -3,14 +3,14 @@
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
-use clap::builder::PossibleValue;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use scene::output::OutputFile;
 use scene::schema::IntegratorSchema;
 use scene::write::{self, WriteError};
 use scene::{Dimension, MAX_FILE_SIZE, Scene};
 use simulator::generate::options::{GeneratorOption, OptionValue, Rule};
-use simulator::generate::{GeneratorKind, REGISTRY, SpringLaw, parse_integrator, parse_option};
+use simulator::generate::{GeneratorKind, REGISTRY, parse_integrator, parse_option};
 
 use super::Failure;
 
@@ -100,10 +100,10 @@ fn argument(option: &GeneratorOption<'_>, names: &[&'static str]) -> Arg {
         OptionValue::Dimension(dimension) => {
             (arg.value_parser(["2", "3"]), Some(dimension.count().to_string()))
         }
-        OptionValue::Law(law) => {
-            let words = SpringLaw::ALL.map(|(_, name, help)| PossibleValue::new(name).help(help));
-            let default = SpringLaw::ALL.iter().find(|(each, ..)| each == *law);
-            (arg.value_parser(words), default.map(|(_, name, _)| (*name).to_owned()))
+        OptionValue::Choice(choice) => {
+            let words = choice.words().into_iter();
+            let words = words.map(|(name, help)| PossibleValue::new(name).help(help));
+            (arg.value_parser(PossibleValuesParser::new(words)), Some(choice.word().to_owned()))
         }
         OptionValue::Integrator(schema) => {
             (arg.value_parser(parse_integrator), Some(schema.name.to_owned()))
@@ -132,11 +132,7 @@ fn set(option: GeneratorOption<'_>, matches: &ArgMatches) {
             let is_plane = one::<String>(matches, name) == "2";
             *dimension = if is_plane { Dimension::Two } else { Dimension::Three };
         }
-        OptionValue::Law(law) => {
-            let word = one::<String>(matches, name);
-            let known = SpringLaw::ALL.into_iter().find(|(_, name, _)| name == word);
-            *law = known.map_or(*law, |(law, ..)| law);
-        }
+        OptionValue::Choice(choice) => choice.choose(one::<String>(matches, name)),
         OptionValue::Integrator(schema) => {
             *schema = *one::<&'static IntegratorSchema>(matches, name)
         }

@@ -1,12 +1,14 @@
-//! Builds a generated scene from particles, springs and a timeline.
+//! Builds a generated scene from particles, springs, triangles and a timeline.
+
+use std::collections::HashSet;
 
 use super::error::GenerateErrorKind;
-use super::{MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
+use super::{MAX_PAIRS, MAX_PARTICLES, Material, Size, SpringLaw, Springs, Timeline};
 use crate::vocabulary;
-use scene::schema::{Domain, ForceSchema};
+use scene::schema::{Coordinate, Domain, ForceSchema};
 use scene::{
     Dimension, EDGE_RADIUS, Edge, ForceElement, Location, Parameters, Particle, Particles, Scene,
-    Viewport,
+    Viewport, is_flat,
 };
 
 /// A scene under construction.
@@ -53,8 +55,7 @@ impl SceneBuilder {
 
     /// An edge with a spring on it.
     pub(super) fn spring(&mut self, particles: [usize; 2], rest_length: f64, springs: &Springs) {
-        let edge = self.scene.edges.len();
-        self.scene.edges.push(Edge { particles, radius: self.edge_radius });
+        let edge = self.edge(particles);
         let elastic = [("k", springs.stiffness), ("l0", rest_length)];
         let (schema, parameters) = match springs.law {
             SpringLaw::Hooke => {
@@ -69,21 +70,69 @@ impl SceneBuilder {
         self.force(schema, particles.into(), Some(edge), parameters);
     }
 
+    /// An edge, which has a number.
+    pub(super) fn edge(&mut self, particles: [usize; 2]) -> usize {
+        self.scene.edges.push(Edge { particles, radius: self.edge_radius });
+        self.scene.edges.len() - 1
+    }
+
+    /// A body of triangles at rest, and an edge on each of their sides. A particle has a third of the mass of its triangles.
+    pub(super) fn body(
+        &mut self,
+        places: &[[f64; 2]],
+        triangles: impl Iterator<Item = [usize; 3]>,
+        radius: f64,
+        material: &Material,
+    ) {
+        self.scene
+            .particles
+            .extend(places.iter().map(|[x, y]| particle(0.0, [*x, *y, 0.0], radius)));
+        let schema = material.force;
+        let given =
+            [("youngsmodulus", material.youngs_modulus), ("poissonratio", material.poisson_ratio)];
+        let mut sides = HashSet::new();
+        for corners in triangles {
+            let rest = corners.map(|corner| places[corner]);
+            let mut parameters = schema.values(&given);
+            for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
+                if let Some(Coordinate { particle, axis: axis @ (0 | 1) }) = parameter.coordinate {
+                    *value = rest[particle][axis];
+                }
+            }
+            self.force(schema, corners[..].into(), None, parameters);
+            let [[x1, y1], [x2, y2], [x3, y3]] = rest;
+            let area = 0.5 * ((x2 - x1) * (y3 - y1) - (x3 - x1) * (y2 - y1)).abs();
+            for corner in corners {
+                self.scene.particles[corner].mass += material.density * area / 3.0;
+            }
+            let [i, j, k] = corners;
+            for [a, b] in [[i, j], [j, k], [k, i]] {
+                if sides.insert([a.min(b), a.max(b)]) {
+                    self.edge([a, b]);
+                }
+            }
+        }
+    }
+
+    /// A force that needs no edge to act on.
+    pub(super) fn element(&mut self, tag: &str, particles: &[usize], given: &[(&str, f64)]) {
+        let schema = force(tag);
+        self.force(schema, particles.into(), None, schema.values(given));
+    }
+
     /// An acceleration downwards, where there is one.
     pub(super) fn gravity(&mut self, gravity: f64) {
         if gravity != 0.0 {
-            let schema = force("simplegravity");
-            self.force(schema, Particles::new(), None, schema.values(&[("fy", -gravity)]));
+            self.element("simplegravity", &[], &[("fy", -gravity)]);
         }
     }
 
     /// Gravitation between each two particles.
     pub(super) fn gravitation(&mut self, constant: f64) {
-        let schema = force("gravitationalforce");
         let n_particles = self.scene.particles.len();
         for i in 0..n_particles {
             for j in i + 1..n_particles {
-                self.force(schema, [i, j].into(), None, schema.values(&[("G", constant)]));
+                self.element("gravitationalforce", &[i, j], &[("G", constant)]);
             }
         }
     }
@@ -119,7 +168,10 @@ impl SceneBuilder {
             }
         }
         for force in &self.scene.forces {
-            if force.edge.is_none() {
+            if is_flat(&force.undeformed()) {
+                return Err(GenerateErrorKind::Flat);
+            }
+            if !force.schema.has_parameter("l0") {
                 continue;
             }
             let value = force.parameter("l0");

@@ -22,7 +22,9 @@ pub enum GenerateErrorKind {
     Count { option: &'static str, value: u64, least: u64, most: u64 },
     #[error("this scene would have {particles} particles, and may have at most {MAX_PARTICLES}")]
     TooManyParticles { particles: u64 },
-    #[error("this scene would have {pairs} springs or pairs, and may have at most {MAX_PAIRS}")]
+    #[error(
+        "this scene would have {pairs} springs, triangles or pairs, and may have at most {MAX_PAIRS}"
+    )]
     TooManyPairs { pairs: u64 },
     #[error("duration {duration:?} s at a time step of {time_step:?} s is {steps:.1e} steps")]
     TooManySteps { duration: f64, time_step: f64, steps: f64 },
@@ -38,6 +40,8 @@ pub enum GenerateErrorKind {
     Particle { what: &'static str, particle: usize, value: f64 },
     #[error("the rest length of a spring comes out as {value}")]
     RestLength { value: f64 },
+    #[error("a triangle comes out flat")]
+    Flat,
     #[error("{bodies} bodies {min_distance} apart do not fit within a radius of {radius}")]
     NoRoom { bodies: u64, min_distance: f64, radius: f64 },
 }
@@ -61,9 +65,9 @@ impl fmt::Display for GenerateError {
                     self.0
                 );
             }
-            GenerateErrorKind::Particle { .. } | GenerateErrorKind::RestLength { .. } => {
-                "choose lengths and masses of ordinary size"
-            }
+            GenerateErrorKind::Particle { .. }
+            | GenerateErrorKind::RestLength { .. }
+            | GenerateErrorKind::Flat => "choose lengths and masses of ordinary size",
             GenerateErrorKind::NoRoom { .. } => {
                 "increase the radius, or reduce the minimum distance"
             }

@@ -1,4 +1,4 @@
-//! Procedural scenes of any size: nets, chains, cloths, rings, beams and bodies.
+//! Procedural scenes of any size: nets, chains, cloths, rings, beams, sheets, discs, ropes and bodies.
 //!
 //! A generator is a struct of options, and its [`Generator::scene`] is a pure function: the same options give the same
 //! [`Scene`], seed included. The [`options`](mod@options) are data, of which the program `simulate` makes the command line
@@ -15,6 +15,9 @@
 //! | [`Cloth`] | a rectangle of cloth held by two corners (3D) | symplectic Euler |
 //! | [`Ring`] | a spinning hoop or wheel | symplectic Euler |
 //! | [`Beam`] | a lattice clamped at one end (3D) | symplectic Euler |
+//! | [`Sheet`] | a rectangle of triangles, clamped, hung or stretched | implicit Euler |
+//! | [`Disc`] | a spinning disc of triangles | symplectic Euler |
+//! | [`Rope`] | a rope with bending that swings from a fixed end | implicit Euler |
 //! | [`Bodies`] | random bodies around a heavy one, in 2D or 3D | symplectic Euler |
 //!
 //! # Example
@@ -36,8 +39,11 @@ mod beam;
 mod bodies;
 mod chain;
 mod cloth;
+mod disc;
 mod net;
 mod ring;
+mod rope;
+mod sheet;
 
 mod builder;
 mod random;
@@ -46,19 +52,23 @@ pub use beam::Beam;
 pub use bodies::Bodies;
 pub use chain::Chain;
 pub use cloth::Cloth;
+pub use disc::Disc;
 pub use error::{GenerateError, GenerateErrorKind};
 pub use net::Net;
 pub use ring::Ring;
+pub use rope::Rope;
+pub use sheet::Sheet;
 pub use timeline::{Timeline, parse_integrator, parse_option};
 
+use crate::force::REGISTRY as FORCES;
 use options::{OptionSpec, Options, Rule, options};
 use scene::Scene;
-use scene::schema::Domain;
+use scene::schema::{Domain, ForceSchema};
 
 /// The most particles a generated scene has.
 pub const MAX_PARTICLES: u64 = 1 << 20;
 
-/// The most springs, or pairs of bodies, a generated scene has.
+/// The most springs, triangles, or pairs of bodies, a generated scene has.
 pub const MAX_PAIRS: u64 = 1 << 22;
 
 /// A scene with its options.
@@ -82,7 +92,7 @@ pub trait Generator: Options {
 pub struct Size {
     /// Particles.
     pub particles: u64,
-    /// Springs, one an edge; or pairs that attract each other.
+    /// Springs, one an edge; triangles; bars of a rope; or pairs that attract each other.
     pub pairs: u64,
 }
 
@@ -124,6 +134,59 @@ impl SpringLaw {
             Self::Hooke => "springforce",
             Self::Green => "greenspringforce",
         }
+    }
+}
+
+/// The edge of a sheet whose particles are fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PinnedEdge {
+    /// The left one.
+    Left,
+    /// The upper one.
+    Top,
+    /// The left and the right one.
+    Sides,
+    /// None.
+    None,
+}
+
+impl PinnedEdge {
+    /// Every value, its name and its description.
+    pub const ALL: [(Self, &str, &str); 4] = [
+        (Self::Left, "left", "The left one: a clamped beam"),
+        (Self::Top, "top", "The upper one: a hung sheet"),
+        (Self::Sides, "sides", "The left and the right one"),
+        (Self::None, "none", "None"),
+    ];
+}
+
+/// The heading of the triangles' options.
+const TRIANGLES: &str = "Triangles";
+
+options! {
+    /// The material of all triangles of a scene.
+    pub struct Material {
+        /// Force of each triangle.
+        force: &'static ForceSchema => OptionSpec::value("triangle", "TAG").heading(TRIANGLES);
+        /// Young's modulus times thickness; small strains of elasticbodycstforce meet four times as much.
+        youngs_modulus: f64 => OptionSpec::number("modulus", "E", Domain::NonNegative).heading(TRIANGLES);
+        /// Poisson's ratio.
+        poisson_ratio: f64 => OptionSpec::number("poisson", "NU", Domain::ExceptUnit).heading(TRIANGLES);
+        /// Mass of a square metre.
+        density: f64 => OptionSpec::number("density", "KG_PER_M2", Domain::Positive).heading(TRIANGLES);
+    }
+}
+
+/// The forces on triangles with undeformed corners, in the order of the registry.
+fn triangles() -> impl Iterator<Item = &'static ForceSchema> {
+    FORCES.iter().map(|kind| &kind.schema).filter(|schema| schema.is_triangle())
+}
+
+impl Material {
+    /// A material of the registry's first triangle.
+    fn of(youngs_modulus: f64) -> Self {
+        let force = triangles().next().expect("the registry has a triangle");
+        Self { force, youngs_modulus, poisson_ratio: 0.3, density: 1.0 }
     }
 }
 
@@ -174,6 +237,26 @@ pub static REGISTRY: &[GeneratorKind] = &[
         details: "nx by ny by nz cubes make (nx+1)(ny+1)(nz+1) particles, joined along the edges, face diagonals \
             and space diagonals of every cube.",
         default: || Box::new(Beam::default()),
+    },
+    GeneratorKind {
+        name: "sheet",
+        summary: "Rectangle of triangles: a clamped beam, a hung or a stretched sheet",
+        details: "nx by ny cells make (nx+1)(ny+1) particles and 2 nx ny triangles of any force on triangles. Each \
+            particle has a third of the mass of its triangles.",
+        default: || Box::new(Sheet::default()),
+    },
+    GeneratorKind {
+        name: "disc",
+        summary: "Spinning disc of triangles",
+        details: "n rings about the centre make 1 + 3n(n+1) particles and 6n² triangles.",
+        default: || Box::new(Disc::default()),
+    },
+    GeneratorKind {
+        name: "rope",
+        summary: "Rope with bending that swings from a fixed end",
+        details: "n bars make n + 1 particles, n elastic springs and n − 1 bending forces. The bending stiffness of the \
+            rope is EI = bending / 2.",
+        default: || Box::new(Rope::default()),
     },
     GeneratorKind {
         name: "bodies",

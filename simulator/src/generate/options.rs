@@ -1,9 +1,9 @@
 //! Options of generators as data: a program makes its command line of them.
 
-use super::SpringLaw;
 use super::error::{GenerateErrorKind, check};
+use super::{PinnedEdge, SpringLaw, triangles};
 use scene::Dimension;
-use scene::schema::{Domain, IntegratorSchema};
+use scene::schema::{Domain, ForceSchema, IntegratorSchema};
 
 /// An option of a generator.
 pub struct GeneratorOption<'a> {
@@ -63,10 +63,61 @@ pub enum OptionValue<'a> {
     MaybeCount(&'a mut Option<u64>),
     MaybeNumber(&'a mut Option<f64>),
     Dimension(&'a mut Dimension),
-    Law(&'a mut SpringLaw),
+    Choice(&'a mut dyn Choice),
     Integrator(&'a mut &'static IntegratorSchema),
     /// Names and values.
     Settings(&'a mut Vec<(String, String)>),
+}
+
+/// A value that is one of several words.
+pub trait Choice {
+    /// The words, each with its description.
+    fn words(&self) -> Vec<(&'static str, &'static str)>;
+
+    /// The word of the value.
+    fn word(&self) -> &'static str;
+
+    /// Gives it the value of a word; an unknown word changes nothing.
+    fn choose(&mut self, word: &str);
+}
+
+/// A choice among the values of the constant `ALL`, each with its name and its description.
+macro_rules! choices {
+    ($($type:ty),*) => {$(
+        impl Choice for $type {
+            fn words(&self) -> Vec<(&'static str, &'static str)> {
+                Self::ALL.iter().map(|(_, name, help)| (*name, *help)).collect()
+            }
+
+            fn word(&self) -> &'static str {
+                let known = Self::ALL.iter().find(|(value, ..)| value == self);
+                known.expect("all values have a name").1
+            }
+
+            fn choose(&mut self, word: &str) {
+                if let Some((value, ..)) = Self::ALL.iter().find(|(_, name, _)| *name == word) {
+                    *self = *value;
+                }
+            }
+        }
+    )*};
+}
+
+choices! { SpringLaw, PinnedEdge }
+
+/// A force on triangles with undeformed corners.
+impl Choice for &'static ForceSchema {
+    fn words(&self) -> Vec<(&'static str, &'static str)> {
+        triangles().map(|schema| (schema.tag, schema.title)).collect()
+    }
+
+    fn word(&self) -> &'static str {
+        self.tag
+    }
+
+    fn choose(&mut self, word: &str) {
+        *self = triangles().find(|schema| schema.tag == word).unwrap_or(self);
+    }
 }
 
 impl OptionSpec {
@@ -140,7 +191,8 @@ macro_rules! values {
 
 values! {
     bool => Flag, u64 => Count, f64 => Number, Option<u64> => MaybeCount, Option<f64> => MaybeNumber,
-    Dimension => Dimension, SpringLaw => Law, &'static IntegratorSchema => Integrator,
+    Dimension => Dimension, SpringLaw => Choice, PinnedEdge => Choice, &'static ForceSchema => Choice,
+    &'static IntegratorSchema => Integrator,
     Vec<(String, String)> => Settings
 }
 
@@ -150,6 +202,8 @@ impl Checked for Option<u64> {}
 impl Checked for Option<f64> {}
 impl Checked for Dimension {}
 impl Checked for SpringLaw {}
+impl Checked for PinnedEdge {}
+impl Checked for &'static ForceSchema {}
 impl Checked for &'static IntegratorSchema {}
 impl Checked for Vec<(String, String)> {}
 

@@ -3,21 +3,23 @@
 //! Symplectic Euler stays stable as long as
 //!
 //! ```text
-//! h² ω² + 2 h c < 4        ω² = max_i 2 Σ k / m_i        c = max_i 2 Σ b / m_i
+//! h² ω² + 2 h c < 4        ω² = max_i Σ_e Σ_j ‖K^e_ij‖ / m_i        c = max_i Σ_e Σ_j ‖B^e_ij‖ / m_i
 //! ```
 //!
-//! with the sums over the springs of a free particle: ω² and c bound the eigenvalues of M⁻¹K and M⁻¹B,
-//! because (n·(x_i − x_j))² ≤ 2|x_i|² + 2|x_j|², and the inequality is the Jury criterion of
-//! `v' = v − h (ω² x + c v)`, `x' = x + h v'`. A time step that is chosen here makes the left side at
-//! most 1, which leaves room for springs that stretch and turn. Explicit Euler is given the same step:
-//! it has no such bound, and gains energy at any step where damping does not take it away.
+//! with the blocks of the Jacobians `K^e = ∂F/∂x` and `B^e = ∂F/∂v` of each element at the start, their Frobenius norms, and
+//! the free particles `i`: ω² and c bound the eigenvalues of M⁻¹K and M⁻¹B, as in Gershgorin's theorem, and the inequality is
+//! the Jury criterion of `v' = v − h (ω² x + c v)`, `x' = x + h v'`. A spring at its rest length adds 2k/m. A time step that is
+//! chosen here makes the left side at most 1, which leaves room for elements that stretch and turn. Explicit Euler is given the
+//! same step: it has no such bound, and gains energy at any step where damping does not take it away.
 
 use super::error::{GenerateErrorKind, check};
 use super::options::{OptionSpec, Rule, options};
+use crate::force::{ElementJacobians, ForceKind, JacobianSink};
+use crate::system::{BuildForce, System};
 use crate::vocabulary;
 use scene::schema::{Domain, Family, IntegratorOptions, IntegratorSchema, OptionError};
 use scene::spelling::closest;
-use scene::{MAX_STEPS, Scene, step_count};
+use scene::{Dimension, MAX_STEPS, Scene, step_count};
 
 /// The heading of these options.
 const HEADING: &str = "Stepping and output";
@@ -111,7 +113,7 @@ impl Timeline {
         Ok(())
     }
 
-    /// Whether a step too long for the springs makes the method explode.
+    /// Whether a step too long for the forces makes the method explode.
     fn is_explicit(&self) -> bool {
         matches!(self.integrator.family, Family::Explicit | Family::Symplectic)
     }
@@ -127,27 +129,40 @@ fn duration_of(steps: u64, time_step: f64) -> f64 {
     duration
 }
 
-/// The longest time step with h² ω² + 2 h c ≤ 1; infinite without springs.
+/// The longest time step with h² ω² + 2 h c ≤ 1; infinite without forces that depend on the state.
 fn longest_stable(scene: &Scene) -> f64 {
-    // Stiffness and damping around each particle.
-    let mut sums = vec![[0.0; 2]; scene.particles.len()];
-    for force in &scene.forces {
-        if let (Some(pair), Some(_)) = (force.pair(), force.edge) {
-            let of =
-                |name| if force.schema.has_parameter(name) { force.parameter(name) } else { 0.0 };
-            let (stiffness, damping) = (of("k"), of("b"));
-            for particle in pair {
-                sums[particle][0] += 2.0 * stiffness;
-                sums[particle][1] += 2.0 * damping;
-            }
-        }
+    match scene.dimension {
+        Dimension::Two => longest_stable_of::<2>(scene),
+        Dimension::Three => longest_stable_of::<3>(scene),
     }
-    let free = scene.particles.iter().zip(&sums).filter(|(particle, _)| !particle.fixed);
+}
+
+fn longest_stable_of<const D: usize>(scene: &Scene) -> f64
+where
+    ForceKind: BuildForce<D>,
+{
+    let mut sums = NormSums(vec![[0.0; 2]; scene.particles.len()]);
+    let system = System::<D>::new(scene);
+    if system.jacobians(&scene.positions(), &scene.velocities(), 0.0, &mut sums).is_err() {
+        return f64::INFINITY;
+    }
+    let free = scene.particles.iter().zip(&sums.0).filter(|(particle, _)| !particle.fixed);
     let [omega_squared, c] =
         free.fold([0.0, 0.0], |[omega_squared, c]: [f64; 2], (particle, sum)| {
             [omega_squared.max(sum[0] / particle.mass), c.max(sum[1] / particle.mass)]
         });
     1.0 / (c + (c * c + omega_squared).sqrt())
+}
+
+/// The norms of the blocks in the row of each particle: by position, and by velocity.
+struct NormSums(Vec<[f64; 2]>);
+
+impl<const D: usize> JacobianSink<D> for NormSums {
+    fn add(&mut self, element: ElementJacobians<'_, D>) {
+        for (place, blocks) in [element.by_position, element.by_velocity].into_iter().enumerate() {
+            element.spread(blocks, |row, _, block| self.0[row][place] += block.norm());
+        }
+    }
 }
 
 /// The next of …, 0.01, 0.02, 0.05, 0.1, … at or below a number above 0; the number where none is.

@@ -10,10 +10,14 @@ use crate::shared::{parse, root, shipped_scenes};
 use crate::support::{simulate, stderr};
 use frames::{Bounds, Painter};
 use scene::{
-    self, Color, Dimension, Location, ParseOptions, ParticlePath, Scene, Surface, Viewport, write,
+    self, Color, Dimension, ForceElement, Location, ParseOptions, ParticlePath, Scene, Surface,
+    Viewport, write,
 };
+use simulator::force::REGISTRY as FORCES;
 use simulator::generate::options::OptionValue;
-use simulator::generate::{Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Size};
+use simulator::generate::{
+    Beam, Bodies, Chain, Cloth, Disc, Generator, Net, PinnedEdge, REGISTRY, Ring, Rope, Sheet, Size,
+};
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
 use tempfile::TempDir;
@@ -180,6 +184,11 @@ fn counted() -> Vec<(Box<dyn Generator>, Size)> {
             Box::new(Beam { nx: 3, ny: 2, nz: 1, ..Beam::default() }),
             size(24, (18 + 16 + 12) + 2 * (12 + 9 + 8) + 24),
         ),
+        (Box::new(Sheet { nx: 1, ny: 1, ..Sheet::default() }), size(4, 2)),
+        (Box::new(Sheet { nx: 5, ny: 3, ..Sheet::default() }), size(24, 30)),
+        (Box::new(Disc { rings: 1, ..Disc::default() }), size(7, 6)),
+        (Box::new(Disc { rings: 4, ..Disc::default() }), size(61, 96)),
+        (Box::new(Rope { bars: 7, ..Rope::default() }), size(8, 7)),
         (Box::new(bodies(2, 0.0)), size(2, 1)),
         (Box::new(bodies(9, 1.0)), size(10, 45)),
     ]
@@ -191,10 +200,17 @@ fn particles_and_springs_are_as_many_as_the_formulas_say() {
         let scene = generator.scene().unwrap();
         let what = format!("{}: {:?}", scene.name, scene.description);
         let pairs: Vec<[usize; 2]> = scene.forces.iter().filter_map(|force| force.pair()).collect();
+        let is_triangle = |force: &&ForceElement| force.schema.is_triangle();
+        let triangles = scene.forces.iter().filter(is_triangle).count();
         assert_eq!(scene.particles.len() as u64, expected.particles, "{what}");
-        assert_eq!(pairs.len() as u64, expected.pairs, "{what}");
+        assert_eq!((pairs.len() + triangles) as u64, expected.pairs, "{what}");
         assert_eq!(generator.size().unwrap(), expected, "{what}");
-        let n_edges = if scene.name == "bodies" { 0 } else { pairs.len() };
+        let n_edges = match scene.name.as_str() {
+            "bodies" => 0,
+            // Euler's formula: a mesh without a hole.
+            "sheet" | "disc" => scene.particles.len() + triangles - 1,
+            _ => pairs.len(),
+        };
         assert_eq!(scene.edges.len(), n_edges, "{what}");
         let different: HashSet<[usize; 2]> =
             pairs.iter().map(|[i, j]| [*i.min(j), *i.max(j)]).collect();
@@ -207,11 +223,16 @@ fn particles_and_springs_are_as_many_as_the_formulas_say() {
 fn only_the_stretched_net_starts_under_tension() {
     for kind in REGISTRY.iter().filter(|kind| kind.name != "net") {
         let scene = (kind.default)().scene().unwrap();
-        for force in scene.forces.iter().filter(|force| force.edge.is_some()) {
+        for force in scene.forces.iter().filter(|force| force.schema.has_parameter("l0")) {
             let [a, b] = force.pair().unwrap().map(|index| scene.particles[index].position);
             let length = (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt();
             // A bend spring of a flat cloth counts as well.
-            assert!((length - force.parameters[1]).abs() < 1e-11, "{}: {length}", kind.name);
+            let rest_length = force.parameter("l0");
+            assert!((length - rest_length).abs() < 1e-11, "{}: {length}", kind.name);
+        }
+        for force in scene.forces.iter().filter(|force| force.schema.is_triangle()) {
+            let corners = force.particles.iter().map(|corner| scene.particles[*corner].position);
+            assert_eq!(force.undeformed()[..], corners.collect::<Vec<_>>(), "{}", kind.name);
         }
     }
     let net = Net::default().scene().unwrap();
@@ -258,6 +279,98 @@ fn default_scene_of_every_kind_is_strict_and_simulates() {
     }
 }
 
+/// The mass of all particles, and the least and the largest.
+fn masses(scene: &Scene) -> [f64; 3] {
+    let masses = scene.particles.iter().map(|particle| particle.mass);
+    masses.fold([0.0, f64::INFINITY, 0.0], |[sum, least, most], mass| {
+        [sum + mass, least.min(mass), most.max(mass)]
+    })
+}
+
+#[test]
+fn bodies_of_every_triangle_have_their_mass_and_rest_state() {
+    let triangles: Vec<&str> =
+        FORCES.iter().map(|kind| &kind.schema).filter(|s| s.is_triangle()).map(|s| s.tag).collect();
+    assert!(triangles.len() >= 4, "{triangles:?}");
+    for tag in triangles {
+        let of = |options: &[&str]| parse(&generate(&[options, &["--triangle", tag]].concat()));
+        let sheet = of(&[
+            "sheet",
+            "--width",
+            "2",
+            "--height",
+            "0.5",
+            "--density",
+            "3",
+            "--stretch",
+            "1.25",
+        ]);
+        let [mass, least, most] = masses(&sheet);
+        assert!((mass - 3.0).abs() < 1e-12, "{tag}: {mass}");
+        // A cell weighs 3/64; a particle has from two to eight of the triangles, each half a cell.
+        assert!(
+            (least - 3.0 / 64.0 / 3.0).abs() < 1e-12
+                && (most - 3.0 / 64.0 * 4.0 / 3.0).abs() < 1e-12,
+            "{tag}: {least} {most}"
+        );
+        let disc = of(&["disc", "-n", "3", "--radius", "2", "--density", "1.5"]);
+        // The area of the polygon of 18 corners.
+        let area = 9.0 * 4.0 * (std::f64::consts::TAU / 18.0).sin();
+        assert!((masses(&disc)[0] - 1.5 * area).abs() < 1e-9, "{tag}");
+        for (scene, is_stretched) in [(&sheet, true), (&disc, false)] {
+            let elements = scene.forces.iter().filter(|force| force.schema.is_triangle());
+            assert!(elements.clone().all(|force| force.schema.tag == tag));
+            // The energy of the stretched sheet alone: the undeformed corners are not stretched.
+            let gravity = scene.forces.iter().find(|force| force.schema.tag == "simplegravity");
+            let mut weightless = scene.clone();
+            weightless.forces.retain(|force| Some(force) != gravity);
+            let energy = Simulation::new(&weightless).energies().unwrap().potential;
+            assert_eq!(energy > 1e-3, is_stretched, "{tag}: {energy}");
+            assert!(energy > -1e-15, "{tag}: {energy}");
+        }
+        assert_calm(&of(&["sheet", "--pin", "top", "--duration", "0.5"]));
+        assert_calm(&of(&["disc", "--duration", "0.5"]));
+    }
+    let fixed = |pinned| {
+        let scene = Sheet { nx: 3, ny: 2, pinned, ..Sheet::default() }.scene().unwrap();
+        let fixed = scene.particles.iter().enumerate().filter(|(_, particle)| particle.fixed);
+        fixed.map(|(number, _)| number).collect::<Vec<_>>()
+    };
+    assert_eq!(fixed(PinnedEdge::Left), [0, 4, 8]);
+    assert_eq!(fixed(PinnedEdge::Top), [8, 9, 10, 11]);
+    assert_eq!(fixed(PinnedEdge::Sides), [0, 3, 4, 7, 8, 11]);
+    assert_eq!(fixed(PinnedEdge::None), [0; 0]);
+}
+
+#[test]
+fn a_rope_has_its_mass_and_its_rest_state() {
+    let scene = parse(&generate(&[
+        "rope",
+        "-n",
+        "12",
+        "--length",
+        "3",
+        "--density",
+        "0.4",
+        "--curl",
+        "90",
+        "--clamp",
+    ]));
+    let [mass, least, most] = masses(&scene);
+    assert!((mass - 1.2).abs() < 1e-12, "{mass}");
+    assert_eq!((2.0 * least, scene.particles.iter().filter(|p| p.fixed).count()), (most, 2));
+    let angles = scene.forces.iter().filter(|force| force.schema.has_parameter("theta0"));
+    let turn: f64 = angles.map(|force| force.parameter("theta0")).sum();
+    assert!((turn - std::f64::consts::FRAC_PI_2).abs() < 1e-12, "{turn}");
+    // Without weight and curl, it is at rest.
+    let rope = Rope { gravity: 0.0, ..Rope::default() }.scene().unwrap();
+    let mut simulation = Simulation::new(&rope);
+    let start = simulation.state().positions.to_vec();
+    while simulation.advance().unwrap() {}
+    let moved = simulation.state().positions.iter().zip(&start).map(|(a, b)| (a - b).abs());
+    assert!(moved.fold(0.0, f64::max) < 1e-9);
+}
+
 #[test]
 fn the_time_step_is_shortened_for_larger_and_stiffer_scenes() {
     for options in [
@@ -270,6 +383,10 @@ fn the_time_step_is_shortened_for_larger_and_stiffer_scenes() {
         &["ring", "-n", "100", "-k", "1e5", "--spin", "-3", "--spokes"],
         &["beam", "--nx", "12", "--spacing", "0.05", "--duration", "0.2"],
         &["bodies", "-n", "30", "--seed", "5", "--min-distance", "0.7", "--duration", "2"],
+        &["sheet", "--modulus", "1e5", "--integrator", "symplectic-euler", "--duration", "0.2"],
+        &["sheet", "--pin", "sides", "--stretch", "1.2", "--integrator", "symplectic-euler"],
+        &["disc", "-n", "12", "--modulus", "1e4", "--duration", "0.2"],
+        &["rope", "-n", "40", "--clamp", "--curl", "300", "--integrator", "symplectic-euler"],
     ] {
         assert_calm(&parse(&generate(options)));
     }
@@ -368,10 +485,15 @@ fn bad_options_are_refused_and_nothing_is_written() {
         (&["beam", "--nx", "1048576", "--ny", "1048576", "--nz", "1048576"], "particles, and may"),
         (&["beam", "--nz", "1048577"], "nz is 1048577, and must be from 1 to 1048576"),
         (&["bodies", "-n", "1"], "bodies is 1, and must be from 2"),
-        (&["bodies", "-n", "3000"], "springs or pairs, and may have at most"),
+        (&["bodies", "-n", "3000"], "springs, triangles or pairs, and may have at most"),
         (&["bodies", "--min-distance", "3.5"], "16 bodies 3.5 apart do not fit"),
         (&["bodies", "--virial", "-1"], "virial is -1, and must be"),
         (&["bodies", "--dimension", "4"], "invalid value '4'"),
+        (&["sheet", "--poisson", "-1"], "poisson is -1, and must be a finite number other than"),
+        (&["sheet", "--triangle", "springforce"], "[possible values: elasticbodycstforce,"),
+        (&["sheet", "--width", "1e-17", "--nx", "1"], "a triangle comes out flat"),
+        (&["disc", "-n", "0"], "rings is 0, and must be from 1"),
+        (&["rope", "-n", "1"], "bars is 1, and must be from 2"),
         (&["torus"], "unrecognized subcommand 'torus'"),
         (&[], "Usage: simulate generate"),
     ];

@@ -8,9 +8,13 @@
 //! the normal n has the share AMBIENT + (1 − AMBIENT) |n·L| of its colour (Lambert). Between vertices, the light is
 //! interpolated (Gouraud). Faces cover the vertices and edges in them.
 //!
+//! On request, the triangles of elastic bodies are filled, coloured by [`strain`]; they cover the vertices and edges in
+//! them.
+//!
 //! A trail (`<particlepath>`) fades over its duration. Memory is bounded: a trail keeps at most 2,000 points.
 
 pub mod materials;
+mod strain;
 
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
@@ -21,6 +25,7 @@ use picture::texture::Texture;
 use serde::{Deserialize, Serialize};
 
 use crate::materials::Materials;
+use crate::strain::Strain;
 use scene::{Color, Dimension, ParticlePath, Scene, SurfaceCorner};
 
 /// Maximum number of points of a trail.
@@ -253,6 +258,7 @@ pub struct Painter<'a> {
     background: Color,
     trails: Vec<Trail>,
     surface: Surface,
+    strain: Option<Strain>,
 }
 
 /// The faces of a scene.
@@ -350,12 +356,23 @@ impl<'a> Painter<'a> {
             background: rendering.background.unwrap_or(BACKGROUND),
             trails: rendering.particle_paths.iter().map(|path| trail(path.duration)).collect(),
             surface: Surface::of(scene),
+            strain: None,
         }
     }
 
     /// Covers the surface with its materials.
     pub fn set_materials(&mut self, materials: &Materials) {
         self.surface.cover(materials);
+    }
+
+    /// Fills the triangles of elastic bodies, coloured by strain: the last colour is that of the strain `full`.
+    pub fn set_strain(&mut self, full: f64) {
+        let strain = Strain::of(self.scene, full);
+        for [i, j, k] in strain.triangles.iter().map(|triangle| triangle.corners) {
+            self.surface.particles.extend([i, j, k]);
+            self.surface.pairs.extend([[i, j], [j, k], [k, i]].map(|[a, b]| [a.min(b), a.max(b)]));
+        }
+        self.strain = Some(strain);
     }
 
     /// Adds a state to the trails. To be called for every state, in order.
@@ -382,6 +399,7 @@ impl<'a> Painter<'a> {
         let mut shapes: Vec<(f64, Shape)> = Vec::new();
         self.draw_trails(time, positions, &mut shapes);
         self.draw_surface(positions, &projected, &mut shapes);
+        self.draw_strain(positions, &projected, &mut shapes);
         for (edge, color) in self.scene.edges.iter().zip(&self.edges) {
             if self.surface.covers_edge(edge.particles) {
                 continue;
@@ -421,21 +439,42 @@ impl<'a> Painter<'a> {
         }
         let lights = self.lights(positions);
         for (corners, texture) in surface.triangles.iter().zip(&surface.textures) {
-            let at = corners.map(|corner| projected[corner.particle]);
             let corners = corners.map(|SurfaceCorner { particle, texture }| {
-                let Projected { at, scale, depth } = projected[particle];
-                let fade = FADE * (1.0 - depth);
-                Corner {
-                    at,
-                    scale,
-                    texture: texture.unwrap_or_default(),
-                    gain: lights[particle] * (1.0 - fade),
-                    add: rgb(self.background).map(|value| fade * f64::from(value)),
-                }
+                (projected[particle], texture.unwrap_or_default(), lights[particle])
             });
-            let depth = at.iter().map(|corner| corner.depth).sum::<f64>() / 3.0;
-            shapes.push((depth, Shape::Triangle { corners, texture: Arc::clone(texture) }));
+            shapes.push(self.triangle(corners, Arc::clone(texture)));
         }
+    }
+
+    fn draw_strain(
+        &self,
+        positions: &[f64],
+        projected: &[Projected],
+        shapes: &mut Vec<(f64, Shape)>,
+    ) {
+        let dimension = self.scene.dimension.count();
+        if let Some(strain) = &self.strain {
+            for triangle in &strain.triangles {
+                let color = strain.color(triangle, positions, dimension);
+                let corners = triangle.corners.map(|corner| (projected[corner], [0.0; 2], 1.0));
+                shapes.push(self.triangle(corners, Arc::new(Texture::plain(color))));
+            }
+        }
+    }
+
+    /// A triangle, with the place, the texture coordinates and the light of each corner.
+    fn triangle(
+        &self,
+        corners: [(Projected, [f64; 2], f64); 3],
+        texture: Arc<Texture>,
+    ) -> (f64, Shape) {
+        let depth = corners.iter().map(|(at, ..)| at.depth).sum::<f64>() / 3.0;
+        let corners = corners.map(|(Projected { at, scale, depth }, texture, light)| {
+            let fade = FADE * (1.0 - depth);
+            let add = rgb(self.background).map(|value| fade * f64::from(value));
+            Corner { at, scale, texture, gain: light * (1.0 - fade), add }
+        });
+        (depth, Shape::Triangle { corners, texture })
     }
 
     /// The light on each particle of the surface, from 0 to 1.
@@ -686,6 +725,40 @@ mod tests {
             })
             .collect();
         assert!(radii[0] < radii[1], "{radii:?}");
+    }
+
+    /// A square of two triangles, one of them stretched, with a line from its corner.
+    #[test]
+    fn triangles_of_elastic_bodies_are_filled_only_on_request() {
+        let scene = scene(
+            r#"<particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>
+            <particle m="1" px="1" py="0" vx="0" vy="0" fixed="0"/>
+            <particle m="1" px="1" py="1" vx="0" vy="0" fixed="0"/>
+            <particle m="1" px="0" py="1" vx="0" vy="0" fixed="0"/>
+            <particle m="1" px="2" py="1" vx="0" vy="0" fixed="0"/>
+            <edge i="0" j="1"/> <edge i="2" j="0"/> <edge i="4" j="2"/>
+            <elasticbodycstforce i1="0" i2="1" i3="2" youngsmodulus="1" poissonratio="0.3"/>
+            <neohookeantriangle i1="0" i2="2" i3="3" youngsmodulus="1" poissonratio="0.3"
+              xb1x="0" xb1y="0" xb2x="0.8" xb2y="1" xb3x="0" xb3y="1"/>"#,
+        );
+        let mut bounds = Bounds::default();
+        bounds.include(&scene, &scene.positions());
+        let mut painter = Painter::new(&scene, [100, 100], bounds);
+        let plain = painter.draw(0.0, &scene.positions());
+        assert!(plain.shapes.iter().all(|shape| !matches!(shape, Shape::Triangle { .. })));
+        assert_eq!(plain.shapes.len(), 8);
+        painter.set_strain(0.25);
+        let drawing = painter.draw(0.0, &scene.positions());
+        let [first, second, Shape::Line { .. }, Shape::Disc { .. }] = drawing.shapes.as_slice()
+        else {
+            panic!("{drawing:?}")
+        };
+        let color = |shape: &Shape| match shape {
+            Shape::Triangle { texture, .. } => texture.color([0.0; 2]),
+            _ => panic!("{shape:?}"),
+        };
+        // At rest, and at a stretch of 1/0.8.
+        assert_eq!([color(first), color(second)], [[68.0, 1.0, 84.0], [253.0, 231.0, 37.0]]);
     }
 
     /// A square in front of the camera, of two triangles, with a line from its corner; the left half of its texture is red,

@@ -47,6 +47,10 @@ pub(super) struct FilmArgs {
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "800x600", value_parser = parse_size, help_heading = "Pictures")]
     size: [u32; 2],
 
+    /// Fill triangles of elastic bodies, coloured by strain: violet for 0, yellow for MAX and more
+    #[arg(long, value_name = "MAX", value_parser = parse_strain, help_heading = "Pictures")]
+    strain: Option<f64>,
+
     /// 1: write one PNG file per frame to pngs/
     #[arg(short = 'g', value_name = "0|1", value_parser = ["0", "1"], help_heading = "FOSSSim's spelling")]
     pngs: Option<String>,
@@ -86,6 +90,13 @@ fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(rate) if rate > 0.0 && rate <= 1e6 => Ok(rate),
         _ => Err("it must be a number above 0, and at most 1e6".to_owned()),
+    }
+}
+
+fn parse_strain(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(strain) if strain > 0.0 && strain.is_finite() => Ok(strain),
+        _ => Err("it must be a number above 0, such as 0.1".to_owned()),
     }
 }
 
@@ -139,6 +150,9 @@ impl<'a> Film<'a> {
         }
         let mut painter = Painter::new(scene, args.size, bounds(scene, config)?);
         painter.set_materials(&materials(scene));
+        if let Some(strain) = args.strain {
+            painter.set_strain(strain);
+        }
         Ok(Some(Self { painter, targets, fps: args.fps, frame: 0 }))
     }
 

@@ -76,12 +76,28 @@ fn film_loops_and_replaces_a_file_only_when_complete() {
 }
 
 #[test]
+fn triangles_are_filled_only_with_strain() {
+    let folder = folder();
+    run(folder.path(), &["generate", "sheet", "--duration", "0.1", "-o", "sheet.xml"]);
+    let frame = |options: &[&str]| {
+        run(folder.path(), &[&["sheet.xml", "-m", "svgs", "--fps", "10"], options].concat());
+        fs::read_to_string(folder.path().join("svgs/frame00001.svg")).unwrap()
+    };
+    let count = |svg: &str| [svg.matches("<path").count(), svg.matches("<line").count()];
+    assert_eq!(count(&frame(&[])), [0, 212]);
+    let filled = frame(&["--strain", "0.01"]);
+    assert_eq!(count(&filled), [128, 0]);
+    assert!(filled.matches("fill=\"#440154\"").count() < 128, "all at rest");
+}
+
+#[test]
 fn unfilmable_scene_is_refused_with_a_remedy() {
     let folder = folder();
     for (arguments, says) in [
         (["--film", "film.mov"], "name it .gif, .mp4, .webm or .avi"),
         (["--size", "80"], "such as 800x600"),
         (["--fps", "0"], "a number above 0"),
+        (["--strain", "0"], "a number above 0, such as 0.1"),
         (["--film", "none/film.gif"], "name a file in a folder that takes new files"),
     ] {
         let run = simulate(folder.path(), &[&["scene.xml"], &arguments[..]].concat());

@@ -9,6 +9,7 @@ mod fast_mass_spring;
 mod forests;
 mod fuzz_seeds;
 mod memory;
+mod mesh;
 mod physics;
 mod projected_newton;
 mod robust;

@@ -14,11 +14,9 @@ use simulator::sizes::{GROUP, MAX_DENSE_GLOBAL_ROWS, PARALLEL, SIZES, WIDEST};
 use simulator::vocabulary;
 use sparse::sizes::Same;
 
-use crate::support::largest_difference;
 use crate::support::local_global::Assignment;
+use crate::support::{assert_table, largest_difference};
 use crate::threads::run;
-
-const HEADING: &str = "## Sizes at which another code path begins\n";
 
 #[test]
 fn table_of_sizes_matches_the_code() {
@@ -38,18 +36,11 @@ fn table_of_sizes_matches_the_code() {
         )
         .unwrap();
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/internals.md");
-    let page = fs::read_to_string(&path).unwrap().replace("\r\n", "\n");
-    let start = page.find(HEADING).expect("the section stands there") + HEADING.len();
-    let end = page[start..].find("\n## ").map_or(page.len(), |length| start + length);
-    let first = start + page[start..end].find("\n| constant").unwrap_or(end - start);
-    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
-        fs::write(&path, format!("{}{table}{}", &page[..first], &page[end..])).unwrap();
-        return;
-    }
-    assert!(
-        page[first..end] == table,
-        "docs/internals.md is out of date; `UPDATE_DOCS=1 cargo test --release -p simulator --test it sizes`"
+    assert_table(
+        "internals.md",
+        "## Sizes at which another code path begins\n",
+        &table,
+        "cargo test --release -p simulator --test it sizes",
     );
 }
 

@@ -12,7 +12,7 @@ pub(crate) fn describe(peers: &Peers) -> String {
         output(Command::new(program).args(arguments)).unwrap_or_else(|_| "unknown".into())
     };
     let cores = thread::available_parallelism().map_or_else(|_| "?".into(), |n| n.to_string());
-    let [compiler, cholmod, python, pardiso, taichi] = peers.versions();
+    let [compiler, cholmod, python, pardiso, taichi, scikit_fem] = peers.versions();
     format!(
         "# Benchmarks\n\n\
          Written by `cargo bench -p simulator --bench peers -- --markdown FILE`. What is measured, and how:\n\
@@ -20,7 +20,8 @@ pub(crate) fn describe(peers: &Peers) -> String {
          | | |\n| --- | --- |\n\
          | date | {} |\n| processor | {} |\n| cores | {cores} |\n| load at the end | {} |\n| system | {} |\n| ours | {} |\n\
          | C++ peer | {compiler}, Eigen {} |\n| CHOLMOD peer | {cholmod} |\n| Python peer | {python} |\n\
-         | PARDISO peer | {pardiso} |\n| Taichi peer | {taichi} |\n",
+         | PARDISO peer | {pardiso} |\n| Taichi peer | {taichi} |\n\
+         | scikit-fem peer | {scikit_fem} |\n",
         told("date", &["-u", "+%Y-%m-%d"]),
         processor().unwrap_or_else(|| "unknown".into()),
         load().unwrap_or_else(|| "unknown".into()),

@@ -1,8 +1,8 @@
-//! The simulator compared with its peers, on the elastic square of the slides: times, ratios, growth exponents.
+//! The simulator compared with its peers, on the elastic square of the slides and on a sheet of triangles: times, ratios, growth exponents.
 //!
 //! Ours and theirs alternate in one run, so that both meet the same machine. A time is the least of the
-//! repeats; the ratio is theirs over ours; the growth exponent `p` of `time ∝ springs^p` is taken between
-//! the two largest nets. See README.md in the folder above.
+//! repeats; the ratio is theirs over ours; the growth exponent `p` of `time ∝ elements^p` is taken between
+//! the two largest bodies. See README.md in the folder above.
 
 mod limits;
 mod machine;
@@ -33,7 +33,7 @@ struct Cli {
     #[arg(long, value_enum, value_delimiter = ',', value_name = "ROW")]
     only: Vec<Row>,
 
-    /// Only nets of these many segments a side
+    /// Only bodies of these many segments a side
     #[arg(long = "n", value_delimiter = ',', value_name = "SEGMENTS", value_parser = parse_segments)]
     segments: Vec<usize>,
 
@@ -72,6 +72,10 @@ enum Row {
     Fms,
     FmsCholmod,
     Pn,
+    Triangles,
+    TrianglesAssembly,
+    TrianglesSymplectic,
+    TrianglesTaichi,
     Factor,
     Growth,
 }
@@ -83,7 +87,7 @@ fn default_peer() -> PathBuf {
 fn parse_segments(text: &str) -> Result<usize, String> {
     let sizes = method::sizes();
     let segments = text.parse().ok().filter(|segments| sizes.contains(segments));
-    segments.ok_or_else(|| format!("the nets have {sizes:?} segments a side"))
+    segments.ok_or_else(|| format!("the bodies have {sizes:?} segments a side"))
 }
 
 fn main() -> ExitCode {
@@ -129,6 +133,10 @@ fn run(cli: &Cli) -> io::Result<()> {
         Row::Fms,
         Row::FmsCholmod,
         Row::Pn,
+        Row::Triangles,
+        Row::TrianglesAssembly,
+        Row::TrianglesSymplectic,
+        Row::TrianglesTaichi,
     ];
     for (_, method) in rows.into_iter().zip(&METHODS).filter(|(row, _)| wanted(*row)) {
         tables.start(method)?;

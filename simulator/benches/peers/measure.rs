@@ -1,16 +1,16 @@
-//! A cell of the table: both sides, in turn, on one net.
+//! A cell of the table: both sides, in turn, on one body.
 
 use crate::limits::Work;
-use crate::method::{Method, Peer, springs};
+use crate::method::{Method, Peer};
 use crate::ours::{Factor, Ours};
 use crate::theirs::{Factorisation, Peers};
 
-/// Both sides on one net. Times are in ns a step, one a repeat.
+/// Both sides on one body. Times are in ns a step, one a repeat.
 pub(crate) struct Cell {
     /// Segments a side.
     pub(crate) segments: usize,
-    /// Springs.
-    pub(crate) springs: usize,
+    /// Springs, or triangles.
+    pub(crate) elements: usize,
     /// Steps a measurement.
     pub(crate) steps: u64,
     /// The ratio aimed at.
@@ -28,7 +28,7 @@ pub(crate) struct Cell {
     pub(crate) difference: Result<f64, String>,
 }
 
-/// Few, so that rounding has no time to grow: the net is chaotic.
+/// Few, so that rounding has no time to grow: the bodies are chaotic.
 const CHECKED_STEPS: u64 = 20;
 
 /// Measures a cell. The check of the positions comes first, and warms both sides up.
@@ -39,8 +39,8 @@ pub(crate) fn cell(
     repeats: u64,
     peers: &Peers,
 ) -> Cell {
-    let springs = springs(segments);
-    let steps = method.steps(springs);
+    let elements = method.body.elements(segments);
+    let steps = method.steps(elements);
     let checked = steps.min(CHECKED_STEPS);
     let scene = Ours::new(method, segments as u64, steps);
     let difference = scene.as_ref().map_err(String::clone).and_then(|ours| {
@@ -53,7 +53,7 @@ pub(crate) fn cell(
     for _ in 0..repeats {
         add(&mut ours, || {
             let (time, of_step) = scene.as_ref().map_err(String::clone)?.time()?;
-            work = Some(of_step);
+            work = of_step;
             Ok(time)
         });
         add(&mut theirs, || {
@@ -62,7 +62,7 @@ pub(crate) fn cell(
             Ok(run.time)
         });
     }
-    Cell { segments, springs, steps, target, ours, work, theirs, refused, difference }
+    Cell { segments, elements, steps, target, ours, work, theirs, refused, difference }
 }
 
 /// Factorisations of the matrix of one net, ours and those of the peers.
@@ -132,13 +132,13 @@ pub(crate) fn least(times: &[f64]) -> f64 {
     times.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Slope of log time against log springs between the two largest nets, ours and theirs.
+/// Slope of log time against log elements between the two largest nets, ours and theirs.
 pub(crate) fn growth(cells: &[Cell]) -> [Option<f64>; 2] {
     let side = |times: fn(&Cell) -> &Result<Vec<f64>, String>| {
         let [.., small, large] = cells else { return None };
         let time = |cell| Some(least(times(cell).as_ref().ok()?));
-        let springs = large.springs as f64 / small.springs as f64;
-        Some((time(large)? / time(small)?).ln() / springs.ln())
+        let elements = large.elements as f64 / small.elements as f64;
+        Some((time(large)? / time(small)?).ln() / elements.ln())
     };
     [side(|cell| &cell.ours), side(|cell| &cell.theirs)]
 }

@@ -1,12 +1,15 @@
 //! Our side: the simulator in this process, and its peak memory in a separate process.
 
+use std::collections::HashMap;
 use std::env;
 use std::process::Command;
 use std::time::Instant;
 
 use scene::Scene;
-use simulator::force::{Coupling, Degenerate, ElementJacobians, JacobianSink};
-use simulator::generate::{Generator, Net, SpringLaw, Springs, Timeline};
+use simulator::force::{Block, Coupling, Degenerate, ElementJacobians, JacobianSink};
+use simulator::generate::{
+    Generator, Material, Net, PinnedEdge, Sheet, SpringLaw, Springs, Timeline,
+};
 use simulator::simulation::Simulation;
 use simulator::sizes::PARALLEL;
 use simulator::statistics::Statistics;
@@ -16,17 +19,20 @@ use sparse::statistics::LinearStatistics;
 use sparse::system::SparseSystem;
 
 use crate::limits::Work;
-use crate::method::{METHODS, Method, Peer, STIFFNESS};
+use crate::method::{Body, METHODS, Method, Peer, STIFFNESS};
 
 /// Our side of a cell.
 pub(crate) struct Ours {
     scene: Scene,
     steps: u64,
     untimed: u64,
+    body: Body,
+    /// Whether the matrix is assembled in the place of steps.
+    assembles: bool,
 }
 
 impl Ours {
-    /// The net on which the method takes so many steps.
+    /// The body on which the method takes so many steps.
     ///
     /// # Errors
     /// The reason why that cannot be measured.
@@ -34,38 +40,58 @@ impl Ours {
         let integrator = vocabulary().integrator(method.integrator);
         let integrator = integrator.ok_or("this build has no such integrator")?;
         let untimed = u64::from(method.first_step_untimed);
-        let law = match method.peer {
-            Peer::Eigen(_) | Peer::Cholmod(_) | Peer::Pardiso | Peer::Taichi => SpringLaw::Hooke,
-            Peer::Python => SpringLaw::Green,
-        };
         let options = method.options.iter();
         let options = options.map(|(name, value)| (name.to_string(), value.to_string()));
-        let net = Net {
-            segments,
-            springs: Springs { stiffness: STIFFNESS, damping: 0.0, law },
-            timeline: Timeline {
-                integrator,
-                options: options.collect(),
-                time_step: Some(method.time_step),
-                duration: 0.0,
-                steps: Some(steps + untimed),
-            },
-            ..Net::default()
+        let timeline = Timeline {
+            integrator,
+            options: options.collect(),
+            time_step: Some(method.time_step),
+            duration: 0.0,
+            steps: Some(steps + untimed),
         };
-        let scene = net.scene().map_err(|error| error.to_string())?;
-        Ok(Self { scene, steps, untimed })
+        let scene = match method.body {
+            Body::Net => {
+                let is_green = method.peer == Peer::Python;
+                let law = if is_green { SpringLaw::Green } else { SpringLaw::Hooke };
+                let springs = Springs { stiffness: STIFFNESS, damping: 0.0, law };
+                Net { segments, springs, timeline, ..Net::default() }.scene()
+            }
+            Body::Sheet => {
+                let force = vocabulary().force("stvktriangle");
+                let force = force.ok_or("this build has no such triangle")?;
+                let (youngs_modulus, density) = (STIFFNESS, 1000.0);
+                let sheet = Sheet {
+                    nx: segments,
+                    ny: segments,
+                    width: 1.0,
+                    height: 1.0,
+                    pinned: PinnedEdge::None,
+                    stretch: 1.1,
+                    gravity: 0.0,
+                    material: Material { force, youngs_modulus, poisson_ratio: 0.3, density },
+                    timeline,
+                };
+                sheet.scene()
+            }
+        };
+        let scene = scene.map_err(|error| error.to_string())?;
+        let assembles = method.peer == Peer::ScikitFem;
+        Ok(Self { scene, steps, untimed, body: method.body, assembles })
     }
 
-    /// The net.
+    /// The scene.
     pub(crate) fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Steps the net, and returns the time in ns a step, and its work. Building the simulation is not timed.
+    /// Steps the body, and returns the time in ns a step, and its work. Building the simulation is not timed.
     ///
     /// # Errors
     /// If a step fails.
-    pub(crate) fn time(&self) -> Result<(f64, Work), String> {
+    pub(crate) fn time(&self) -> Result<(f64, Option<Work>), String> {
+        if self.assembles {
+            return Ok((self.time_of_assembly()?, None));
+        }
         let mut simulation = Simulation::new(&self.scene);
         advance(&mut simulation, self.untimed)?;
         let before = simulation.statistics().linear.factor;
@@ -75,23 +101,45 @@ impl Ours {
         let Statistics { linear, force_evaluations, .. } = simulation.statistics();
         let a_step = |after: u64, before: u64| (after - before) as f64 / self.steps as f64;
         // Implicit methods evaluate forces as well, in a small part of their time.
-        let explicit = linear.solves == 0;
-        let springs = self.scene.forces.len();
+        let has_roots = linear.solves == 0 && self.body == Body::Net;
+        let elements = self.scene.forces.len();
         let work = Work {
-            roots: if explicit { a_step(*force_evaluations, 0) * springs as f64 } else { 0.0 },
-            cores: if springs < PARALLEL { 1 } else { rayon::current_num_threads() },
+            roots: if has_roots { a_step(*force_evaluations, 0) * elements as f64 } else { 0.0 },
+            cores: if elements < PARALLEL { 1 } else { rayon::current_num_threads() },
             operations: a_step(linear.factor.operations, before.operations),
             bytes: a_step(linear.factor.bytes, before.bytes),
             factor: linear.factor.entries as f64 * 8.0,
         };
-        Ok((time, work))
+        Ok((time, Some(work)))
     }
 
-    /// The positions after so many steps.
+    /// Assembles the matrix as often as there are steps, and returns the time of one.
+    fn time_of_assembly(&self) -> Result<f64, String> {
+        let physics = System::<2>::new(&self.scene);
+        let system = empty_matrix(&physics);
+        let mut sink = Sink { system, scale: 1.0 };
+        let (x, v) = (self.scene.positions(), self.scene.velocities());
+        let start = Instant::now();
+        for _ in 0..self.steps {
+            sink.system.clear();
+            physics.jacobians(&x, &v, 0.0, &mut sink).map_err(without_direction)?;
+        }
+        Ok(start.elapsed().as_secs_f64() * 1e9 / self.steps as f64)
+    }
+
+    /// The positions after so many steps; of a matrix, its Frobenius norm over the modulus.
     ///
     /// # Errors
     /// If a step fails.
     pub(crate) fn positions(&self, steps: u64) -> Result<Vec<f64>, String> {
+        if self.assembles {
+            let mut blocks = Blocks::default();
+            let (x, v) = (self.scene.positions(), self.scene.velocities());
+            let physics = System::<2>::new(&self.scene);
+            physics.jacobians(&x, &v, 0.0, &mut blocks).map_err(without_direction)?;
+            let squared: f64 = blocks.0.values().map(Block::norm_squared).sum();
+            return Ok(vec![squared.sqrt() / STIFFNESS]);
+        }
         let mut simulation = Simulation::new(&self.scene);
         advance(&mut simulation, steps)?;
         Ok(simulation.state().positions.to_vec())
@@ -122,23 +170,13 @@ impl Factor {
         let method = &METHODS[0];
         let scene = Ours::new(method, segments, 1)?.scene;
         let physics = System::<2>::new(&scene);
-        let mut couplings = Vec::new();
-        physics.couplings(&mut |coupling| {
-            if let Coupling::Stencil { particles, .. } = coupling
-                && let [i, j] = particles[..]
-            {
-                couplings.push([i, j]);
-            }
-        });
-        let mut system = SparseSystem::new(physics.n_particles(), &couplings, true);
+        let mut system = empty_matrix(&physics);
         for (particle, mass) in physics.masses().iter().enumerate() {
             system.add_diagonal(particle, -mass);
         }
         let mut sink = Sink { system, scale: method.time_step * method.time_step };
         let (x, v) = (scene.positions(), scene.velocities());
-        physics
-            .jacobians(&x, &v, 0.0, &mut sink)
-            .map_err(|Degenerate { element, .. }| format!("spring {element} has no direction"))?;
+        physics.jacobians(&x, &v, 0.0, &mut sink).map_err(without_direction)?;
         let mut factor = Self { system: sink.system, operations: 0.0 };
         factor.system.right_mut().fill(1.0);
         let work = |of: LinearStatistics| of.factor.operations as f64;
@@ -172,7 +210,36 @@ impl Factor {
     }
 }
 
-/// Adds `h²` times the Jacobians by positions to a system.
+fn without_direction(Degenerate { element, .. }: Degenerate) -> String {
+    format!("element {element} has no direction")
+}
+
+/// A matrix of zeros with a block for each two particles of an element.
+fn empty_matrix(physics: &System<2>) -> SparseSystem<2> {
+    let mut couplings = Vec::new();
+    physics.couplings(&mut |coupling| {
+        if let Coupling::Stencil { particles, .. } = coupling {
+            for (number, first) in particles.iter().enumerate() {
+                couplings.extend(particles[..number].iter().map(|second| [*first, *second]));
+            }
+        }
+    });
+    SparseSystem::new(physics.n_particles(), &couplings, true)
+}
+
+/// The blocks of a matrix by their rows and columns.
+#[derive(Default)]
+struct Blocks(HashMap<[usize; 2], Block<2>>);
+
+impl JacobianSink<2> for Blocks {
+    fn add(&mut self, element: ElementJacobians<'_, 2>) {
+        element.spread(element.by_position, |row, column, block| {
+            *self.0.entry([row, column]).or_insert_with(Block::zeros) += block;
+        });
+    }
+}
+
+/// Adds a multiple of the Jacobians by positions to a system.
 struct Sink {
     system: SparseSystem<2>,
     scale: f64,

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use crate::limits::Limits;
 use crate::measure::{self, Cell, FACTORISING, Factors, growth, least};
-use crate::method::{METHODS, Method, Peer, springs};
+use crate::method::{Body, METHODS, Method, Peer};
 use crate::ours::Taken;
 use crate::theirs::{Factorisation, Peers};
 
@@ -99,17 +99,23 @@ impl<'a> Tables<'a> {
 
     /// The head of a method's table.
     pub(crate) fn start(&mut self, method: &Method) -> io::Result<()> {
-        let Method { title, unit, time_step, peer, .. } = method;
-        let (unit, peer) = (unit.describe(), peer.describe());
-        self.title(&format!("{title}, {unit}, beside {peer} (time step {time_step} s)"))?;
-        self.header(&HEADER, &WIDTHS)
+        let Method { title, time_step, peer, body, .. } = method;
+        let (unit, beside) = (method.unit_name(), peer.describe());
+        let of_step = match peer {
+            Peer::ScikitFem => String::new(),
+            _ => format!(" (time step {time_step} s)"),
+        };
+        self.title(&format!("{title}, {unit}, beside {beside}{of_step}"))?;
+        let mut header = HEADER;
+        header[1] = body.elements_name();
+        self.header(&header, &WIDTHS)
     }
 
     /// A line of it.
     pub(crate) fn cell(&mut self, method: &Method, cell: &Cell, limits: &Limits) -> io::Result<()> {
         let unknown = || String::from("-");
         let time = |times: &Result<Vec<f64>, String>| {
-            let time = |times: &Vec<f64>| method.unit.of(least(times), cell.springs);
+            let time = |times: &Vec<f64>| method.unit.of(least(times), cell.elements);
             times.as_ref().map_or_else(|_| unknown(), |times| significant(time(times)))
         };
         let ratio = cell.ratio();
@@ -121,11 +127,11 @@ impl<'a> Tables<'a> {
         let spread = |(_, [low, high]): (f64, [f64; 2])| {
             format!("{}..{}", significant(low), significant(high))
         };
-        let limit = cell.work.map(|work| limits.time(&work));
+        let limit = cell.work.map(|work| limits.time(&work)).filter(|limit| *limit > 0.0);
         let reached = limit.zip(cell.ours.as_ref().ok());
         let row = [
             cell.segments.to_string(),
-            cell.springs.to_string(),
+            cell.elements.to_string(),
             cell.steps.to_string(),
             time(&cell.ours),
             time(&limit.map(|limit| vec![limit]).ok_or_else(String::new)),
@@ -241,7 +247,8 @@ impl<'a> Tables<'a> {
                 };
                 let particles = (segments + 1) * (segments + 1);
                 let exponents = before.map(|(fewer, before)| {
-                    let springs = (springs(segments) as f64 / springs(fewer) as f64).ln();
+                    let [many, few] = [segments, fewer].map(|n| Body::Net.elements(n) as f64);
+                    let springs = (many / few).ln();
                     [now.later / before.later, now.bytes as f64 / before.bytes as f64]
                         .map(|factor| format!("{:.2}", factor.ln() / springs))
                 });

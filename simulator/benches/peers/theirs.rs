@@ -20,6 +20,8 @@ pub(crate) struct Peers {
     python: Result<String, String>,
     pardiso: Result<String, String>,
     taichi: Result<String, String>,
+    triangles: Result<PathBuf, String>,
+    scikit_fem: Result<String, String>,
     // Its files are removed when this is dropped.
     scratch: TempDir,
 }
@@ -28,7 +30,7 @@ pub(crate) struct Peers {
 pub(crate) struct Run {
     /// Time in ns a step.
     pub(crate) time: f64,
-    /// The first coordinate at the end.
+    /// The first coordinate at the end; of a matrix, its Frobenius norm over the modulus.
     pub(crate) x0: f64,
     /// Steps whose matrix it could not factorise as it does the others.
     pub(crate) refused: u64,
@@ -50,6 +52,13 @@ const TAICHI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/taichi_
 
 const CHOLMOD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/cholmod.cpp");
 
+const TRIANGLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/triangles.cpp");
+
+const TAICHI_TRIANGLES: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/taichi_triangles.py");
+
+const SCIKIT_FEM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/skfem_triangles.py");
+
 impl Peers {
     /// Builds and looks for what is there.
     ///
@@ -57,29 +66,32 @@ impl Peers {
     /// Where there is no place for temporary files.
     pub(crate) fn find(source: &Path) -> io::Result<Self> {
         let scratch = TempDir::new()?;
-        let python = versions(&["numpy", "scipy"]);
-        let pardiso = versions(&["pypardiso", "mkl"]);
-        let taichi = versions(&["taichi"]);
+        let python = versions("numpy", &["numpy", "scipy"]);
+        let pardiso = versions("pypardiso", &["pypardiso", "mkl"]);
+        let taichi = versions("taichi", &["taichi"]);
         let eigen = build(source, scratch.path());
         let cholmod = build(Path::new(CHOLMOD), scratch.path());
-        Ok(Self { eigen, cholmod, python, pardiso, taichi, scratch })
+        let triangles = build(Path::new(TRIANGLES), scratch.path());
+        let scikit_fem = versions("skfem", &["scikit-fem"]);
+        Ok(Self { eigen, cholmod, python, pardiso, taichi, triangles, scikit_fem, scratch })
     }
 
     /// The versions of what the peers are made with, a line each; or why they are not there.
-    pub(crate) fn versions(&self) -> [String; 5] {
+    pub(crate) fn versions(&self) -> [String; 6] {
         let compiler = || output(Command::new("g++").arg("--version"));
-        let eigen = self.eigen.as_ref().map_err(String::clone).and_then(|_| compiler());
+        let eigen = self.eigen.as_ref().or(self.triangles.as_ref());
+        let eigen = eigen.map_err(String::clone).and_then(|_| compiler());
         let cholmod = self.cholmod().and_then(|mut command| output(command.arg("version")));
         let or_why = |result: Result<String, String>| {
             let line = result.unwrap_or_else(|reason| format!("not there: {reason}"));
             line.lines().next().unwrap_or_default().to_owned()
         };
-        let scripts = [&self.python, &self.pardiso, &self.taichi];
-        let [python, pardiso, taichi] = scripts.map(|versions| or_why(versions.clone()));
-        [or_why(eigen), or_why(cholmod), python, pardiso, taichi]
+        let scripts = [&self.python, &self.pardiso, &self.taichi, &self.scikit_fem];
+        let [python, pardiso, taichi, scikit_fem] = scripts.map(|told| or_why(told.clone()));
+        [or_why(eigen), or_why(cholmod), python, pardiso, taichi, scikit_fem]
     }
 
-    /// Runs the method's peer on a net of so many segments a side.
+    /// Runs the method's peer on a body of so many segments a side.
     ///
     /// # Errors
     /// The reason why that cannot be measured.
@@ -129,40 +141,57 @@ impl Peers {
     }
 
     fn command(&self, method: &Method, segments: usize, steps: u64) -> Result<Command, String> {
-        let net = |command: &mut Command| {
+        let body = |command: &mut Command| {
             command.arg(segments.to_string()).arg(method.time_step.to_string());
             command.arg(steps.to_string()).arg(STIFFNESS.to_string());
         };
         match method.peer {
             Peer::Eigen(mode) => {
                 let mut command = Command::new(self.eigen.as_ref()?);
-                net(command.arg(mode));
+                body(command.arg(mode));
                 command.arg(FMS_ITERATIONS.to_string());
                 Ok(command)
             }
             Peer::Cholmod(mode) => {
                 let mut command = self.cholmod()?;
-                net(command.arg(mode));
+                body(command.arg(mode));
                 command.arg(FMS_ITERATIONS.to_string());
                 Ok(command)
             }
             Peer::Python => {
                 self.python.as_ref()?;
                 let mut command = Command::new("python3");
-                net(command.arg(SCRIPT));
+                body(command.arg(SCRIPT));
                 command.arg(NEWTON_TOLERANCE.to_string()).args(["--spring", "green"]);
                 Ok(command)
             }
             Peer::Pardiso => {
                 self.pardiso.as_ref()?;
                 let mut command = Command::new("python3");
-                net(command.arg(PARDISO));
+                body(command.arg(PARDISO));
                 Ok(command)
             }
             Peer::Taichi => {
                 self.taichi.as_ref()?;
                 let mut command = Command::new("python3");
-                net(command.env("ENABLE_TAICHI_HEADER_PRINT", "False").arg(TAICHI));
+                body(command.env("ENABLE_TAICHI_HEADER_PRINT", "False").arg(TAICHI));
+                Ok(command)
+            }
+            Peer::Triangles(mode) => {
+                let mut command = Command::new(self.triangles.as_ref()?);
+                body(command.arg(mode));
+                Ok(command)
+            }
+            Peer::TaichiTriangles => {
+                self.taichi.as_ref()?;
+                let mut command = Command::new("python3");
+                body(command.env("ENABLE_TAICHI_HEADER_PRINT", "False").arg(TAICHI_TRIANGLES));
+                Ok(command)
+            }
+            Peer::ScikitFem => {
+                self.scikit_fem.as_ref()?;
+                let mut command = Command::new("python3");
+                body(command.arg(SCIKIT_FEM));
                 Ok(command)
             }
         }
@@ -183,18 +212,18 @@ impl Peers {
     }
 }
 
-/// The versions of Python and of these packages; or why one of them cannot be imported.
-fn versions(packages: &[&str]) -> Result<String, String> {
+/// The versions of Python and of these packages; or why their module cannot be imported.
+fn versions(module: &str, packages: &[&str]) -> Result<String, String> {
     let script = "import importlib.metadata, platform, sys\n\
-        names = sys.argv[1:]\n\
+        module, names = sys.argv[1], sys.argv[2:]\n\
         try:\n \
             told = ['%s %s' % (name, importlib.metadata.version(name)) for name in names]\n \
-            importlib.import_module(names[0])\n\
+            importlib.import_module(module)\n\
         except ImportError as reason:\n \
-            sys.exit('error: python3 has no %s (pip install %s): %s' % (names[0], names[0], reason))\n\
+            sys.exit('error: python3 has no %s (pip install %s): %s' % (module, names[0], reason))\n\
         print(' · '.join(['Python ' + platform.python_version()] + told))";
     let mut command = Command::new("python3");
-    command.env("ENABLE_TAICHI_HEADER_PRINT", "False").args(["-c", script]);
+    command.env("ENABLE_TAICHI_HEADER_PRINT", "False").args(["-c", script, module]);
     output(command.args(packages))
 }
 
@@ -235,8 +264,9 @@ pub(crate) fn output(command: &mut Command) -> Result<String, String> {
 }
 
 fn parse(line: &str) -> Option<Run> {
-    // The times a step are rounded to 0.1 µs; those a spring are not so coarse.
-    let time = field(line, "ns_per_spring_step")? * field(line, "springs")?;
+    // Of springs, the times a step are rounded to 0.1 µs; those a spring are not so coarse.
+    let of_springs = || Some(field(line, "ns_per_spring_step")? * field(line, "springs")?);
+    let time = field(line, "ns_per_step").or_else(of_springs)?;
     let refused = field(line, "refused").unwrap_or(0.0) as u64;
     Some(Run { time, x0: field(line, "x0")?, refused })
 }

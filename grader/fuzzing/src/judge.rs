@@ -140,6 +140,8 @@ pub enum How {
     Served,
     /// By itself, and right; among other scenes, it was not.
     Unlike,
+    /// By itself, and not right; among other scenes, it was.
+    RightServed,
 }
 
 /// Why a scene tells nothing.
@@ -250,6 +252,18 @@ impl Judge {
         let alone = self.judge_states(scene, expected, || subject.start(scene, text));
         let is_unlike = wrong && matches!(alone, Judgement::Right(_));
         (alone, if is_unlike { How::Unlike } else { How::Alone })
+    }
+
+    /// Judges a run by itself of a scene in which a subject is right among others of the same process.
+    pub fn confirm(
+        &self,
+        subject: &dyn Subject,
+        (scene, text): (&Scene, &str),
+        expected: &[State],
+    ) -> (Judgement, How) {
+        let alone = self.judge_states(scene, expected, || subject.start(scene, text));
+        let is_right = matches!(alone, Judgement::Right(_));
+        (alone, if is_right { How::Served } else { How::RightServed })
     }
 
     /// Judges the states that `start` yields against these.

@@ -7,8 +7,9 @@
 //! Each line holds the two files of a call. The program writes each trace before it turns to the next line, and may end at a
 //! scene that it does not simulate. The start of a program takes longer than a small scene.
 //!
-//! Scenes without a trace are left to runs of their own, which say why there is none. The caller runs the program on each scene
-//! by itself before it calls it wrong: a program may keep something from one scene to the next.
+//! Scenes without a trace are left to runs of their own, which say why there is none, and so is the last one of a run that does
+//! not end with status 0. The caller runs the program on each scene by itself before it calls it wrong: a program may keep
+//! something from one scene to the next.
 
 use std::fmt::Write;
 use std::fs;
@@ -77,9 +78,10 @@ impl Program {
                     serving.exceeded.fetch_add(1, Relaxed);
                 }
                 if end != End::Exited(0) {
-                    // The scene behind the last trace ended the run.
+                    // The scene of the last trace ended the run, or the one behind it.
                     let last = runs.iter().rposition(Option::is_some);
                     runs.truncate(last.map_or(0, |last| last + 2));
+                    runs.iter_mut().skip(last.unwrap_or_default()).for_each(|run| *run = None);
                 }
                 let count = runs.iter().flatten().count();
                 all.extend(runs);

@@ -44,6 +44,8 @@ struct JsonRun<'a> {
     served: u64,
     /// Scenes in which it is right, and was not with others in one run.
     right_alone: u64,
+    /// Scenes in which it was right with others in one run, and is not by itself: one in 64 is tried.
+    right_served: u64,
     /// Pairs of a feature and a circumstance, or another feature, that were run.
     covered_pairs: usize,
     /// Kinds of failures, the most frequent first.
@@ -121,6 +123,7 @@ fn run((name, campaign): &(String, Campaign)) -> JsonRun<'_> {
         undecided: tally.nothing.values().sum(),
         served: tally.served,
         right_alone: tally.unlike,
+        right_served: tally.right_served,
         covered_pairs: tally.covered,
         discoveries: discoveries.iter().map(found).collect(),
         further_kinds: *further,

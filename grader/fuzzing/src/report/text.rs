@@ -55,13 +55,22 @@ pub fn summary(tally: &Tally, seed: u64) -> String {
         };
         parts.push(format!("{count} {words}"));
     }
-    let served = match (tally.served, tally.unlike) {
-        (0, 0) => String::new(),
-        (served, 0) => format!("; {served} of them served"),
-        (served, unlike) => format!(
-            "; {served} of them served, and {unlike} right by a run of their own alone: the program keeps something from one scene to the next"
-        ),
-    };
+    let mut served = String::new();
+    if tally.served + tally.unlike + tally.right_served > 0 {
+        served += &format!("; {} of them served", tally.served);
+    }
+    if tally.unlike > 0 {
+        served += &format!(
+            ", and {} right by a run of their own alone: the program keeps something from one scene to the next",
+            tally.unlike
+        );
+    }
+    if tally.right_served > 0 {
+        served += &format!(
+            ", and {} right only when served: the program answers otherwise with --serve than by itself",
+            tally.right_served
+        );
+    }
     let first = match tally.first {
         Some((scenes, time)) => {
             format!("; the first failure after {scenes} scenes, {:.1} s", time.as_secs_f64())

@@ -49,41 +49,56 @@ fn a_mistake_is_found_shrunk_and_kept_and_a_right_program_passes() {
     assert_eq!(found().stdout, run.stdout);
 }
 
-/// A submission whose runs are those of a right program, and which serves by this script; `$1` is its folder.
-fn serving(name: &str, script: &str) -> String {
+/// The call of a right program in its folder `$1`, by a script with the names of a scene and a trace.
+const CALL: &str = r#""$1/student" -s "$scene" -d 0 -o "$trace""#;
+
+/// A submission that is run by one script, with `$scene` and `$trace`, and serves by another one; `$1` is its folder.
+fn serving(name: &str, run: &str, serve: &str) -> String {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     student::compile(&folder, "");
-    let call = r#""{folder}/student", "-s", "{scene}", "-d", "0", "-o", "{trace}""#;
+    let command = |script: &str| format!(r#""sh", "{{folder}}/{script}.sh", "{{folder}}""#);
     let manifest = format!(
-        "run = [{call}]\nserve = [\"sh\", \"{{folder}}/serve.sh\", \"{{folder}}\"]\nformat = \"fosssim\"\n"
+        "run = [{}, \"{{scene}}\", \"{{trace}}\"]\nserve = [{}]\nformat = \"fosssim\"\n",
+        command("run"),
+        command("serve"),
     );
     fs::write(folder.join("submission.toml"), manifest).unwrap();
-    fs::write(folder.join("serve.sh"), script).unwrap();
+    fs::write(folder.join("run.sh"), format!("scene=$2\ntrace=$3\n{run}\n")).unwrap();
+    fs::write(folder.join("serve.sh"), serve).unwrap();
     folder.to_str().unwrap().to_owned()
+}
+
+/// A script that does this for each scene that it serves.
+fn each(body: &str) -> String {
+    format!("while read -r scene trace; do {body}; done")
+}
+
+/// The report of so many scenes, and how `grade fuzz` ends.
+fn served(submission: &str, scenes: &str) -> (Value, i32) {
+    let options = ["--assignment", "t1m3", "--seed", "1", "--scenes", scenes, "--format", "json"];
+    let run = fuzz(&[&[submission, "--limit", "wall=1"], &options[..]].concat());
+    let report: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_fits("fuzzing.schema.json", &report);
+    (report["runs"][0].clone(), run.code)
 }
 
 /// What a program serves is taken where it is right alone: whatever a served run does, the counts are those of plain starts.
 #[test]
 fn failures_of_served_runs_are_confirmed_by_plain_starts() {
-    let each = |body: &str| format!("while read -r scene trace; do {body}; done");
-    let call = r#""$1/student" -s "$scene" -d 0 -o "$trace""#;
     let scripts = [
-        ("right", each(call)),
-        ("wrong", each(&format!("MISTAKE='no h v ahead' {call}"))),
+        ("right", each(CALL)),
+        ("wrong", each(&format!("MISTAKE='no h v ahead' {CALL}"))),
         // It ends at every third scene, with a trace that is cut.
-        ("crash", each(&format!("n=$((n + 1)); [ $n = 3 ] && echo 1 > $trace && exit 1; {call}"))),
+        ("crash", each(&format!("n=$((n + 1)); [ $n = 3 ] && echo 1 > $trace && exit 1; {CALL}"))),
         ("silent", "exit 0".to_owned()),
         ("hang", each("sleep 60")),
     ];
     let mut counts = Vec::new();
     for (name, script) in scripts {
-        let submission = serving(&format!("fuzz-served-{name}"), &script);
-        let options = ["--assignment", "t1m3", "--seed", "1", "--scenes", "96", "--format", "json"];
-        let run = fuzz(&[&[&*submission, "--limit", "wall=1"], &options[..]].concat());
-        assert_eq!(run.code, 0, "{name}: {}{}", run.stdout, run.stderr);
-        let report: Value = serde_json::from_str(&run.stdout).unwrap();
-        assert_fits("fuzzing.schema.json", &report);
-        let of = |key: &str| report["runs"][0][key].as_u64().unwrap();
+        let (report, code) = served(&serving(&format!("fuzz-served-{name}"), CALL, &script), "96");
+        assert_eq!(code, 0, "{name}: {report}");
+        let of = |key: &str| report[key].as_u64().unwrap();
+        assert_eq!(of("right_served"), 0, "{name}");
         counts.push([of("right"), of("wrong"), of("refused"), of("undecided")]);
         let (served, alone) = (of("served"), of("right_alone"));
         match name {
@@ -94,6 +109,37 @@ fn failures_of_served_runs_are_confirmed_by_plain_starts() {
         }
     }
     assert!(counts.iter().all(|found| *found == counts[0]), "{counts:?}");
+}
+
+/// A program that is right when it serves, and fails by itself, is wrong.
+#[test]
+fn what_a_program_serves_is_confirmed_by_a_sample_of_plain_starts() {
+    let failing = format!("{CALL} && exit 3");
+    let submission = serving("fuzz-served-otherwise", &failing, &each(CALL));
+    let (report, code) = served(&submission, "256");
+    assert_eq!(code, 1, "{report}");
+    assert!(report["right_served"].as_u64() > Some(0), "{report}");
+    // From then on, each scene is run by itself: the sample holds fewer.
+    assert!(report["wrong"].as_u64() > Some(20), "{report}");
+}
+
+/// A status other than 0 is a failure by itself, and is not hidden by the traces of a served run.
+#[test]
+fn the_last_scene_of_a_served_run_that_fails_is_run_by_itself() {
+    // It fails under one integrator once it has written the trace.
+    let failing = format!("{CALL}; grep -q symplectic-euler \"$scene\" && exit 3");
+    let run = format!("{failing}; exit 0");
+    let outcomes =
+        [("exit", each(&failing)), ("exit-alone", "exit 0".to_owned())].map(|(name, serve)| {
+            let (report, code) =
+                served(&serving(&format!("fuzz-served-{name}"), &run, &serve), "96");
+            assert_eq!(code, 1, "{name}: {report}");
+            let of = |key: &str| report[key].as_u64().unwrap();
+            assert_eq!(of("right_served"), 0, "{name}: {report}");
+            (["right", "wrong", "refused", "undecided"].map(of), of("served"))
+        });
+    assert!(outcomes[0].1 > 0 && outcomes[1].1 == 0, "{outcomes:?}");
+    assert_eq!(outcomes[0].0, outcomes[1].0);
 }
 
 #[test]

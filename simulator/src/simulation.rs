@@ -544,6 +544,17 @@ pub enum FailureKind {
     )]
     BelowRounding { iterations: u64, update: f64, speed: f64 },
     #[error(
+        "Newton's method cannot converge: its tolerance of {tolerance:e} for an update of the velocities is below {rounding:.1e}, the rounding of positions of size {size:.1e} over a step of {step:e} s; after {iterations} iterations the update is {update:.1e}"
+    )]
+    BelowPositions {
+        iterations: u64,
+        update: f64,
+        tolerance: f64,
+        size: f64,
+        step: f64,
+        rounding: f64,
+    },
+    #[error(
         "the line search found no descent: after {iterations} iterations, Newton's step of {update:.1e} does not decrease the energy"
     )]
     NoDescent { iterations: u64, update: f64 },
@@ -583,6 +594,9 @@ impl FailureKind {
             StepError::BelowRounding { iterations, update, speed } => {
                 Self::BelowRounding { iterations, update, speed }
             }
+            StepError::BelowPositions { iterations, update, tolerance, size, step, rounding } => {
+                Self::BelowPositions { iterations, update, tolerance, size, step, rounding }
+            }
             StepError::NoDescent { iterations, update } => Self::NoDescent { iterations, update },
             StepError::ErrorControl { trials, size } => Self::ErrorControl { trials, size },
             StepError::Linear(error) => Self::Linear(error),
@@ -604,6 +618,9 @@ impl FailureKind {
                 "shorten the time step, enlarge the tolerance, or soften the forces"
             }
             Self::BelowRounding { .. } => "choose units in which the velocities are smaller",
+            Self::BelowPositions { .. } => {
+                "move the scene towards the origin, choose units in which its coordinates are smaller, lengthen the time step, or take projected-newton, whose tolerance can be enlarged"
+            }
             Self::Interrupted => "run it again",
             Self::EnergyNotFinite => "separate coincident particles; check masses and velocities",
             Self::Linear(LinearError::OutOfMemory { .. }) => {

@@ -154,8 +154,9 @@ impl<const D: usize> ImplicitEuler<D> {
             updates: 0,
         };
         let result = newton(&mut self.iterate, &mut self.delta, NEWTON, &mut equation);
-        let iterations = result.map_err(|error| failure(error, equation.linearisation.residual))?;
+        let residual = equation.linearisation.residual;
         let end = Point { h, time: time + h, positions, velocities, iterate: &self.iterate };
+        let iterations = result.map_err(|error| failure(error, residual, end))?;
         self.recording.record(system, end, iterations, (Some(1.0), 0));
         statistics.newton_iterations += iterations;
         statistics.max_newton_iterations = statistics.max_newton_iterations.max(iterations);
@@ -165,14 +166,25 @@ impl<const D: usize> ImplicitEuler<D> {
     }
 }
 
-fn failure(error: NewtonError<StepError>, residual: f64) -> StepError {
+/// An update `δ` moves positions by `h δ`: it may be rounding where it is this small a part of `‖q‖/h`.
+const POSITIONS: f64 = 16.0 * f64::EPSILON;
+
+fn failure(error: NewtonError<StepError>, residual: f64, end: Point<'_>) -> StepError {
     match error {
         NewtonError::Update(error) => error,
         NewtonError::BelowRounding { iterations, update, size } => {
             StepError::BelowRounding { iterations, update, speed: size }
         }
         NewtonError::NotConverged { iterations, update } => {
-            StepError::NotConverged { iterations, update, residual }
+            let Point { h: step, positions, .. } = end;
+            let size = positions.iter().map(|place| place * place).sum::<f64>().sqrt();
+            let rounding = POSITIONS * size / step;
+            if update <= rounding {
+                let tolerance = NEWTON.tolerance;
+                StepError::BelowPositions { iterations, update, tolerance, size, step, rounding }
+            } else {
+                StepError::NotConverged { iterations, update, residual }
+            }
         }
     }
 }

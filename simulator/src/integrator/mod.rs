@@ -184,6 +184,21 @@ pub enum StepError {
         /// l2 norm of the velocities.
         speed: f64,
     },
+    /// The same: rounding of the positions, over the time step, is above it.
+    BelowPositions {
+        /// Iterations made.
+        iterations: u64,
+        /// l2 norm of the last update of the velocities.
+        update: f64,
+        /// The tolerance of an update.
+        tolerance: f64,
+        /// l2 norm of the positions.
+        size: f64,
+        /// Time step.
+        step: f64,
+        /// What updates by the rounding of such positions come to, over the time step.
+        rounding: f64,
+    },
     /// Newton's step points where the incremental potential does not become smaller.
     NoDescent {
         /// Iterations made.

@@ -94,7 +94,9 @@ impl Reason {
         match kind {
             FailureKind::Degenerate { .. } => Self::Coincident,
             FailureKind::NotConverged { .. } => Self::NotConverged,
-            FailureKind::BelowRounding { .. } => Self::BelowRounding,
+            FailureKind::BelowRounding { .. } | FailureKind::BelowPositions { .. } => {
+                Self::BelowRounding
+            }
             FailureKind::NoDescent { .. } => Self::NoDescent,
             FailureKind::Linear(
                 LinearError::Singular { .. } | LinearError::SingularToPrecision { .. },

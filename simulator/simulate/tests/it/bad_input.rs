@@ -580,6 +580,20 @@ fn velocities_too_large_for_newtons_tolerance_are_reported() {
 }
 
 #[test]
+fn positions_too_large_for_newtons_tolerance_are_reported() {
+    // A stiff spring of length 1e6 is stretched by 0.1: its particle can be put to 1e-10, which is 1e-7 over a step of 1e-3.
+    let spring = |l0: &str| format!(r#"<springforce edge="0" k="1e9" l0="{l0}"/>"#);
+    let scene = pair(1e-3, "implicit-euler", 1e6 + 0.1, 0.3, &spring("1e6"));
+    let says = "its tolerance of 1e-9 for an update of the velocities is below 3.6e-6, the rounding of positions of size \
+                1.0e6 over a step of 1e-3 s; after 100 iterations the update is ";
+    refuse_scene("far", &scene, &[], says, "move the scene towards the origin");
+    let near = pair(1e-3, "implicit-euler", 1.1, 0.3, &spring("1"));
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("scene.xml"), near).unwrap();
+    assert_eq!(simulate(folder.path(), &["scene.xml"]).status.code(), Some(0));
+}
+
+#[test]
 fn a_failure_after_the_first_states_writes_none_of_them() {
     // A trace of a megabyte is well beyond every buffer when the particles meet.
     let scene = pair(1.0 / 16384.0, "symplectic-euler", 1.0, -0.5, PAIR_FORCES[0].1);

@@ -474,7 +474,7 @@ impl Report {
 
 impl JsonCopied {
     fn of(copied: &Copied) -> Self {
-        let Copied { passed, withdrawn, wrong, unchecked, bytes } = copied;
+        let Copied { passed, withdrawn, wrong, unchecked, bytes, .. } = copied;
         let withdrawn = withdrawn.iter().map(|Withdrawn { scene, terms }| JsonWithdrawn {
             scene: scene.clone(),
             terms: terms.clone(),

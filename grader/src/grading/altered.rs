@@ -94,6 +94,8 @@ pub struct Passed<'a> {
 pub struct Copied {
     /// Number of shipped scenes that the program passed.
     pub passed: usize,
+    /// What it fails throughout, if it passes nothing but shipped scenes.
+    pub only_shipped: Option<OnlyShipped>,
     /// Passed scenes that do not count, with the terms that the program does not show.
     pub withdrawn: Vec<Withdrawn>,
     /// The scenes with a wrong copy, and the verdict on it.
@@ -102,6 +104,17 @@ pub struct Copied {
     pub unchecked: Vec<String>,
     /// A shipped scene that fails once a line break is appended to the file, if there is one.
     pub bytes: Option<String>,
+}
+
+/// The scenes of a program that is right in shipped ones alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OnlyShipped {
+    /// Number of shipped scenes.
+    pub shipped: usize,
+    /// Number of altered copies, all wrong.
+    pub copies: usize,
+    /// Number of hidden scenes, all wrong; 0 if they were not run.
+    pub hidden: usize,
 }
 
 /// A passed scene that does not count.
@@ -120,16 +133,44 @@ impl Copied {
             self.withdrawn.iter().find(|withdrawn| withdrawn.scene == scene)?;
         Some(Failure::FailsAltered { terms: terms.clone() })
     }
+
+    /// Adds the counts of hidden scenes that were judged.
+    pub(super) fn add_hidden(&mut self, judged: usize, passed: usize) {
+        self.only_shipped = self.only_shipped.filter(|_| passed == 0);
+        if let Some(only) = &mut self.only_shipped {
+            only.hidden = judged;
+        }
+    }
+}
+
+impl fmt::Display for OnlyShipped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { copies, hidden, .. } = self;
+        write!(f, "of {copies} altered {}", if *copies == 1 { "copy" } else { "copies" })?;
+        match hidden {
+            0 => {}
+            1 => write!(f, " and 1 hidden scene")?,
+            _ => write!(f, " and {hidden} hidden scenes")?,
+        }
+        write!(f, ", none has")
+    }
 }
 
 impl fmt::Display for Copied {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { passed, withdrawn, unchecked, bytes, .. } = self;
         if !withdrawn.is_empty() {
+            write!(f, "Possibly copied answers: ")?;
+            match self.only_shipped {
+                Some(only @ OnlyShipped { shipped, .. }) => write!(
+                    f,
+                    "of {shipped} shipped scenes, {passed} have a right trace; {only}. Of the {passed}, "
+                )?,
+                None => write!(f, "of {passed} shipped scenes with a right trace, ")?,
+            }
             write!(
                 f,
-                "Possibly copied answers: of {passed} shipped scenes with a right trace, {} do not count, because the \
-                 program fails on every altered copy of scenes with the same terms",
+                "{} do not count, because the program fails on every altered copy of scenes with the same terms",
                 withdrawn.len()
             )?;
             if let Some(scene) = bytes {
@@ -554,6 +595,17 @@ impl Search<'_> {
         }
     }
 
+    /// The counts of scenes, if all copies that were judged are wrong.
+    fn only_shipped(&self, suite: &Suite) -> Option<OnlyShipped> {
+        let outcomes = || self.twins.iter().filter_map(|twin| twin.outcome);
+        let is_wrong =
+            |outcome: &Outcome| matches!(outcome, Outcome::Wrong(verdict) if *verdict != NOT_RUN);
+        let copies = outcomes().filter(is_wrong).count();
+        let is_right = outcomes().any(|outcome| outcome == Outcome::Right);
+        let shipped = suite.cases.len();
+        (copies > 0 && !is_right).then_some(OnlyShipped { shipped, copies, hidden: 0 })
+    }
+
     fn result(&self, suite: &Suite, passed: &[Passed<'_>]) -> Option<Copied> {
         let missing = self.not_shown();
         let wrong = || {
@@ -597,6 +649,14 @@ impl Search<'_> {
         let wrong = wrong.into_iter().collect();
         let is_confirmed = withdrawn.is_empty() && unchecked.is_empty();
         let passed = passed.len();
-        (!is_confirmed).then_some(Copied { passed, withdrawn, wrong, unchecked, bytes })
+        let only_shipped = self.only_shipped(suite);
+        (!is_confirmed).then_some(Copied {
+            passed,
+            only_shipped,
+            withdrawn,
+            wrong,
+            unchecked,
+            bytes,
+        })
     }
 }

@@ -164,6 +164,11 @@ impl HiddenSuite {
             }
         }
         grading.features.sort_by(|a, b| a.feature.cmp(&b.feature));
+        if let Some(copied) = &mut grading.copied {
+            let tallies = || grading.features.iter().map(|result| &result.hidden);
+            let judged = tallies().map(|tally| tally.n_scenes() - tally.n_faults()).sum();
+            copied.add_hidden(judged, tallies().map(HiddenTally::n_passed).sum());
+        }
         grading.hidden = Hidden::Run;
     }
 }

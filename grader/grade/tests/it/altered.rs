@@ -246,6 +246,47 @@ fn copied_answers_are_named_in_a_class() {
     );
 }
 
+/// Of a program that is right in shipped scenes alone, the copies and the hidden scenes are counted.
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn a_program_that_is_right_in_shipped_scenes_alone_is_said_to_be() {
+    let project = Project::new();
+    ["bytes", "falling"].iter().for_each(|mode| project.submit(mode));
+    // Hidden scenes: two groups with other masses, and one group as it is shipped.
+    let hide = |folder: &str, groups: &[&str], mass: &str| {
+        for group in groups {
+            let target = project.path(folder).join("assets").join(group);
+            fs::create_dir_all(&target).unwrap();
+            for (number, file) in xml_files(&project.path("assets").join(group)).iter().enumerate()
+            {
+                let text = fs::read_to_string(file).unwrap().replacen(" m=\"", mass, 1);
+                fs::write(target.join(format!("{number}.xml")), text).unwrap();
+            }
+        }
+        let made = project.grade(&["oracle", "regenerate", "--accept", "--root", folder]);
+        assert_eq!(made.code, 0, "{}", made.stderr);
+    };
+    hide("hidden", &["Inertia", "SimpleGravity"], " m=\"1");
+    hide("leaked", &["Inertia"], " m=\"");
+    let message = |mode: &str, more: &[&str]| {
+        let report = project.json(mode, &[&["--no-jacobians"], more].concat());
+        let copied = &report["copied"];
+        let copies = copied["wrong"].as_array().unwrap().len();
+        (copied["message"].as_str().unwrap().to_owned(), copied["passed"].to_string(), copies)
+    };
+    let (said, passed, copies) = message("bytes", &[]);
+    let all = format!("of {passed} shipped scenes, {passed} have a right trace; of ");
+    assert!(said.contains(&all) && said.contains(" altered copies, none has. Of the "), "{said}");
+    assert!(copies > 0);
+    let (said, ..) = message("bytes", &["--hidden", "hidden"]);
+    assert!(said.contains(" hidden scenes, none has. Of the "), "{said}");
+    // It is right in a hidden scene, or simulates free motion and gravity.
+    for (mode, more) in [("bytes", &["--hidden", "leaked"][..]), ("falling", &[])] {
+        let (said, ..) = message(mode, more);
+        assert!(said.contains("do not count") && !said.contains("none has"), "{said}");
+    }
+}
+
 #[needs("test -x /usr/bin/python3")]
 #[test]
 fn simulated_scenes_count_even_if_others_are_looked_up() {

@@ -383,7 +383,7 @@ impl Program {
         let fault = |detail: String| Verdict::GraderFault(Fault::NotRun { detail });
         let home = self.copy.as_ref().map(|copy| copy.path().join(HOME)).unwrap_or_default();
         let CommandLine { program, arguments } = CommandLine::of(command, &home);
-        let workspace = Workspace::empty().map_err(|error| fault(error.to_string()))?;
+        let workspace = Workspace::empty(&self.runner).map_err(|error| fault(error.to_string()))?;
         let folder = workspace.folder();
         fs::create_dir(&folder)
             .and_then(|()| fs::write(folder.join(CALLS), calls))
@@ -478,7 +478,7 @@ impl Program {
         }
         let key = self.key(scene, before);
         // A trace is read from here: messages name it as that of any run.
-        let workspace = Workspace::empty().map_err(SandboxError::no_scratch)?;
+        let workspace = Workspace::empty(&self.runner).map_err(SandboxError::no_scratch)?;
         let find = |kept: &Arc<KeptRuns>| (Arc::clone(kept), kept.find(&key, &workspace.trace()));
         let (found, missing): (Vec<_>, Vec<_>) =
             self.runner.kept.iter().map(find).partition(|(_, end)| end.is_some());
@@ -509,7 +509,7 @@ impl Program {
         if let Some(failure) = self.runner.budget.as_ref().and_then(Budget::used_up) {
             return Ok(Err(failure));
         }
-        let workspace = Workspace::new(scene).map_err(SandboxError::no_scratch)?;
+        let workspace = Workspace::new(&self.runner, scene).map_err(SandboxError::no_scratch)?;
         let trace = format!("trace.{}", extension(self.format));
         let argument = |argument: &String| {
             let named = argument.replace(SCENE, scene.name()).replace(TRACE, &trace);
@@ -569,13 +569,13 @@ pub(super) struct Workspace(Scratch);
 
 impl Workspace {
     /// An empty one.
-    pub(super) fn empty() -> io::Result<Self> {
-        Ok(Self(scratch_folder()?))
+    pub(super) fn empty(runner: &Runner) -> io::Result<Self> {
+        Ok(Self(runner.sandbox.scratch(&runner.limits)?))
     }
 
     /// One with the scene in the program's working directory.
-    fn new(scene: SceneSource<'_>) -> io::Result<Self> {
-        let workspace = Self::empty()?;
+    fn new(runner: &Runner, scene: SceneSource<'_>) -> io::Result<Self> {
+        let workspace = Self::empty(runner)?;
         let scratch = workspace.folder();
         fs::create_dir(&scratch)?;
         match scene {

@@ -100,7 +100,7 @@ impl Program {
         serving: &Serving,
         scenes: &[(&str, Shape)],
     ) -> Result<(End, Vec<Option<ProgramRun>>), SandboxError> {
-        let workspace = Workspace::empty().map_err(SandboxError::no_scratch)?;
+        let workspace = Workspace::empty(&self.runner).map_err(SandboxError::no_scratch)?;
         let (folder, kept) = (workspace.folder(), workspace.trace());
         let names: Vec<String> = (0..scenes.len())
             .map(|number| format!("{number}.{}", extension(self.format)))

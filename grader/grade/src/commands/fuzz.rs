@@ -94,7 +94,8 @@ enum FuzzFormat {
     Json,
 }
 
-/// Seconds that a run on a drawn scene may take, which takes a right program some milliseconds.
+/// Seconds that a run on a drawn scene may take, which takes a right program some milliseconds. Its trace is less than a
+/// megabyte.
 const SECONDS: f64 = 5.0;
 
 fn parse_minutes(text: &str) -> Result<f64, String> {
@@ -203,8 +204,9 @@ impl FuzzArgs {
     fn program(&self, path: &Path) -> Result<Program, Stop> {
         let program = open_measured(path, &self.run)?;
         let is_set = |name: &str| self.run.limit.iter().any(|(set, _)| set == name);
-        let short = ["cpu", "wall"].into_iter().filter(|name| !is_set(name));
-        let program = program.with_limits(&short.map(|name| (name, SECONDS)).collect::<Vec<_>>());
+        let short = [("cpu", SECONDS), ("wall", SECONDS), ("trace", sandbox::IN_MEMORY as f64)];
+        let short = short.into_iter().filter(|(name, _)| !is_set(name));
+        let program = program.with_limits(&short.collect::<Vec<_>>());
         program.asked_to_serve().map_err(Stop::fault)
     }
 

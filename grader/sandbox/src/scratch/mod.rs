@@ -7,10 +7,10 @@ mod unix;
 
 #[cfg(not(unix))]
 pub use elsewhere::{Scratch, scratch_folder};
-#[cfg(target_os = "linux")]
-pub(crate) use unix::sweep;
 #[cfg(unix)]
 pub use unix::{Scratch, scratch_folder};
+#[cfg(target_os = "linux")]
+pub(crate) use unix::{scratch_folder_in_memory, sweep};
 
 /// Prefix of the names of scratch folders.
 pub(crate) const PREFIX: &str = "spring-oracle-";

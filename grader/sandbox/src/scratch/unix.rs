@@ -61,6 +61,26 @@ pub fn scratch_folder() -> io::Result<Scratch> {
     scratch_folder_in(&crate::files::temporary())
 }
 
+/// The system's folder of files in memory.
+#[cfg(target_os = "linux")]
+const MEMORY: &str = "/dev/shm";
+
+/// The number of scratch folders for which there must be room in memory.
+#[cfg(target_os = "linux")]
+const ROOM: u64 = 4;
+
+/// Creates one for so many bytes in memory, if there is room and `TMPDIR` names no other place, and else as usual.
+#[cfg(target_os = "linux")]
+pub(crate) fn scratch_folder_in_memory(bytes: u64) -> io::Result<Scratch> {
+    let is_offered = std::env::var_os("TMPDIR").is_none()
+        && rustix::fs::statfs(MEMORY).is_ok_and(|found| {
+            let room = found.f_bavail.saturating_mul(found.f_bsize.unsigned_abs());
+            found.f_type == libc::TMPFS_MAGIC && room >= ROOM.saturating_mul(bytes)
+        });
+    let made = is_offered.then(|| scratch_folder_in(Path::new(MEMORY)).ok());
+    made.flatten().map_or_else(scratch_folder, Ok)
+}
+
 fn scratch_folder_in(parent: &Path) -> io::Result<Scratch> {
     let mut made = scratch_folder_once(parent);
     for _ in 0..ATTEMPTS {
@@ -90,6 +110,8 @@ fn scratch_folder_once(parent: &Path) -> Result<Scratch> {
 /// Removes the scratch folders of graders that were killed.
 pub(crate) fn sweep() {
     sweep_in(&crate::files::temporary());
+    #[cfg(target_os = "linux")]
+    sweep_in(Path::new(MEMORY));
 }
 
 fn sweep_in(parent: &Path) {

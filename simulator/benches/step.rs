@@ -15,7 +15,7 @@ use scene::state::StateView;
 use scene::trace::csv::{CsvReader, CsvWriter};
 use scene::trace::fosssim::{FosssimReader, FosssimWriter};
 use scene::trace::{Shape, State, TraceReader, TraceWriter};
-use scene::{ParseOptions, Scene, xml};
+use scene::{Dimension, ParseOptions, Scene, xml};
 use simulator::integrator::{BuildIntegrator, Step};
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
@@ -64,7 +64,7 @@ fn parse(text: &str) -> Scene {
 
 /// One step from the same state again and again; copying the state is not timed.
 fn steps(harness: &Harness) {
-    for force in force::REGISTRY {
+    for force in force::REGISTRY.iter().filter(|kind| kind.schema.exists_in(Dimension::Two)) {
         for integrator in integrator::REGISTRY {
             for n in [2, 16, 128] {
                 let mut scene = parse(&chain(n, &force.schema));

@@ -1,4 +1,4 @@
-//! The registries state facts: each force does what its facts say, and each force and integrator has a scene.
+//! The registries state facts: each force does in space what its facts say, and each force and integrator has a scene.
 
 use std::path::Path;
 
@@ -15,17 +15,19 @@ use simulator::vocabulary;
 /// Number of particles: as many as the largest stencil has.
 const N: usize = 4;
 const MASSES: [f64; N] = [1.5, 0.75, 2.0, 1.25];
-const POSITIONS: [f64; 2 * N] = [0.25, -0.5, 1.75, 0.625, 2.5, -0.875, 0.875, 1.5];
-const VELOCITIES: [f64; 2 * N] = [0.5, 1.25, -0.75, 0.375, 0.25, -1.5, 1.0, 0.625];
+const POSITIONS: [f64; 3 * N] =
+    [0.25, -0.5, 0.375, 1.75, 0.625, -0.25, 2.5, -0.875, 0.5, 0.875, 1.5, 1.125];
+const VELOCITIES: [f64; 3 * N] =
+    [0.5, 1.25, -0.875, -0.75, 0.375, 0.625, 0.25, -1.5, -0.375, 1.0, 0.625, 0.75];
 
 /// The particles with one element of the force, which has this part and those that it needs.
 fn scene(schema: &'static ForceSchema, part: usize) -> Scene {
-    let mut scene = Scene::new("facts", Dimension::Two, &INTEGRATORS[0].schema);
+    let mut scene = Scene::new("facts", Dimension::Three, &INTEGRATORS[0].schema);
     scene.particles = (0..N)
         .map(|number| Particle {
             mass: MASSES[number],
-            position: [POSITIONS[2 * number], POSITIONS[2 * number + 1], 0.0],
-            velocity: [VELOCITIES[2 * number], VELOCITIES[2 * number + 1], 0.0],
+            position: POSITIONS.as_chunks().0[number],
+            velocity: VELOCITIES.as_chunks().0[number],
             fixed: false,
             radius: 0.1,
             tag: None,
@@ -49,7 +51,7 @@ fn state<'a>(positions: &'a [f64], velocities: &'a [f64]) -> State<'a> {
     State { masses: &MASSES, positions, velocities, time: 0.0 }
 }
 
-fn force_at(force: &dyn Force<2>, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
+fn force_at(force: &dyn Force<3>, x: &[f64], v: &[f64], time: f64) -> Vec<f64> {
     let mut sum = vec![0.0; x.len()];
     force.add_force(State { time, ..state(x, v) }, 0..N, &mut sum).unwrap();
     sum
@@ -62,18 +64,18 @@ fn moved(values: &[f64], place: usize, by: f64) -> Vec<f64> {
 }
 
 /// Measured dependence of the force of a scene.
-fn seen(force: &dyn Force<2>) -> Dependence {
+fn seen(force: &dyn Force<3>) -> Dependence {
     let here = force_at(force, &POSITIONS, &VELOCITIES, 0.0);
     let changes = |x: &[f64], v: &[f64], time| force_at(force, x, v, time) != here;
     Dependence {
-        position: (0..2 * N).any(|i| changes(&moved(&POSITIONS, i, 0.125), &VELOCITIES, 0.0)),
-        velocity: (0..2 * N).any(|i| changes(&POSITIONS, &moved(&VELOCITIES, i, 0.125), 0.0)),
+        position: (0..3 * N).any(|i| changes(&moved(&POSITIONS, i, 0.125), &VELOCITIES, 0.0)),
+        velocity: (0..3 * N).any(|i| changes(&POSITIONS, &moved(&VELOCITIES, i, 0.125), 0.0)),
         time: changes(&POSITIONS, &VELOCITIES, 0.5),
     }
 }
 
 /// Whether the force is less the derivative of what `of` says of the state.
-fn derives(force: &dyn Force<2>, of: impl Fn(&[f64], &[f64]) -> f64, by_velocity: bool) -> bool {
+fn derives(force: &dyn Force<3>, of: impl Fn(&[f64], &[f64]) -> f64, by_velocity: bool) -> bool {
     let h = 2.0_f64.powi(-12);
     let (x, v) = (&POSITIONS, &VELOCITIES);
     let here = force_at(force, x, v, 0.0);
@@ -94,7 +96,7 @@ fn force_parts_depend_on_and_derive_from_declared_facts() {
             let about = format!("{} {name}", schema.tag);
             let scene = scene(schema, number);
             let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-            let force = (kind.build_2d)(&scene, &elements);
+            let force = (kind.build_3d)(&scene, &elements);
             let force = force.as_ref();
             // A part that needs those before it is seen together with them.
             let stated = if *stands_alone { *depends_on } else { before.or(*depends_on) };
@@ -128,7 +130,7 @@ fn force_parts_depend_on_and_derive_from_declared_facts() {
 }
 
 /// The force of a scene's elements on these masses.
-fn on_masses(scene: &Scene, masses: [f64; N]) -> [f64; 2 * N] {
+fn on_masses(scene: &Scene, masses: [f64; N]) -> [f64; 3 * N] {
     let mut scene = scene.clone();
     for (particle, mass) in scene.particles.iter_mut().zip(masses) {
         particle.mass = mass;
@@ -136,9 +138,9 @@ fn on_masses(scene: &Scene, masses: [f64; N]) -> [f64; 2 * N] {
     let schema = scene.forces[0].schema;
     let kind = FORCES.iter().find(|kind| kind.schema == *schema).unwrap();
     let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-    let mut sum = [0.0; 2 * N];
+    let mut sum = [0.0; 3 * N];
     let state = State { masses: &masses, ..state(&POSITIONS, &VELOCITIES) };
-    (kind.build_2d)(&scene, &elements).add_force(state, 0..N, &mut sum).unwrap();
+    (kind.build_3d)(&scene, &elements).add_force(state, 0..N, &mut sum).unwrap();
     sum
 }
 
@@ -151,8 +153,8 @@ fn mass_dependence_matches_the_schema() {
         masses[0] *= 2.0;
         let heavier = on_masses(&scene, masses);
         let grows = |factors: [f64; N]| {
-            let expected = |place: usize| factors[place / 2] * here[place];
-            (0..2 * N).all(|place| (heavier[place] - expected(place)).abs() < 1e-12)
+            let expected = |place: usize| factors[place / 3] * here[place];
+            (0..3 * N).all(|place| (heavier[place] - expected(place)).abs() < 1e-12)
         };
         let found = if grows([1.0; N]) {
             Some(Masses::None)
@@ -191,7 +193,7 @@ fn dependence_on_initial_positions_matches_the_schema() {
 fn a_force_without_its_parts_is_zero() {
     for kind in FORCES {
         let mut scene = scene(&kind.schema, kind.schema.parts.len() - 1);
-        assert_ne!(on_masses(&scene, MASSES), [0.0; 2 * N], "{}", kind.schema.tag);
+        assert_ne!(on_masses(&scene, MASSES), [0.0; 3 * N], "{}", kind.schema.tag);
         for part in kind.schema.parts {
             scene.forces[0].remove_part(part);
         }
@@ -206,14 +208,17 @@ fn forces_conserve_their_declared_momenta() {
         let schema = &kind.schema;
         let scene = scene(schema, schema.parts.len() - 1);
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-        let force = (kind.build_2d)(&scene, &elements);
+        let force = (kind.build_3d)(&scene, &elements);
         let on = force_at(force.as_ref(), &POSITIONS, &VELOCITIES, 0.0);
-        let (x, f) = (POSITIONS.as_chunks::<2>().0, on.as_chunks::<2>().0);
-        let torque: f64 = x.iter().zip(f).map(|(x, f)| x[0] * f[1] - x[1] * f[0]).sum();
-        let sum = [0, 1].map(|axis| f.iter().map(|f| f[axis]).sum::<f64>());
+        let (x, f) = (POSITIONS.as_chunks::<3>().0, on.as_chunks::<3>().0);
+        let torque = [0, 1, 2].map(|axis| {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            x.iter().zip(f).map(|(x, f)| x[next] * f[last] - x[last] * f[next]).sum::<f64>()
+        });
+        let sum = [0, 1, 2].map(|axis| f.iter().map(|f| f[axis]).sum::<f64>());
         let found = if sum.iter().any(|sum| sum.abs() > 1e-12) {
             Conserves::Nothing
-        } else if torque.abs() > 1e-12 {
+        } else if torque.iter().any(|torque| torque.abs() > 1e-12) {
             Conserves::Momentum
         } else {
             Conserves::AngularMomentum
@@ -236,11 +241,11 @@ fn fast_mass_spring_refuses_the_forces_on_edges_that_are_not_hookean() {
             continue;
         }
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-        let force = (kind.build_2d)(&scene, &elements);
+        let force = (kind.build_3d)(&scene, &elements);
         let pull = |length: f64, time: f64| {
             let mut positions = POSITIONS;
-            positions[..4].copy_from_slice(&[0.0, 0.0, length, 0.0]);
-            force_at(force.as_ref(), &positions, &[0.0; 2 * N], time)[0]
+            positions[..6].copy_from_slice(&[0.0, 0.0, 0.0, length, 0.0, 0.0]);
+            force_at(force.as_ref(), &positions, &[0.0; 3 * N], time)[0]
         };
         let [one, two, three] = [1.0, 2.0, 3.0].map(|length| pull(length, 0.0));
         let is_hookean = (one - 2.0 * two + three).abs() < 1e-9 && pull(2.0, 0.5) == two;
@@ -283,10 +288,10 @@ fn every_force_and_every_integrator_has_a_scene() {
 }
 
 /// The bits of all Jacobians that a force hands over, in their order.
-fn jacobian_bits(force: &dyn Force<2>, state: State<'_>) -> Vec<u64> {
+fn jacobian_bits(force: &dyn Force<3>, state: State<'_>) -> Vec<u64> {
     struct Bits(Vec<u64>);
-    impl JacobianSink<2> for Bits {
-        fn add(&mut self, element: ElementJacobians<'_, 2>) {
+    impl JacobianSink<3> for Bits {
+        fn add(&mut self, element: ElementJacobians<'_, 3>) {
             let blocks = element.by_position.iter().chain(element.by_velocity);
             self.0.extend(blocks.flat_map(|block| block.iter()).map(|entry| entry.to_bits()));
         }
@@ -308,7 +313,7 @@ fn constant_jacobians_match_their_declaration() {
         }
         for scene in scenes {
             let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-            let force = (kind.build_2d)(&scene, &elements);
+            let force = (kind.build_3d)(&scene, &elements);
             let here = jacobian_bits(force.as_ref(), state(&POSITIONS, &VELOCITIES));
             let (x, v) = (moved(&POSITIONS, 2, 0.375), moved(&VELOCITIES, 1, -0.625));
             let there = jacobian_bits(force.as_ref(), State { time: 0.5, ..state(&x, &v) });

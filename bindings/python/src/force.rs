@@ -255,6 +255,10 @@ pub(crate) fn check_force<'py>(
         )));
     }
     let dimension = if dimension == 2 { Dimension::Two } else { Dimension::Three };
+    if !schema.exists_in(dimension) {
+        let tag = schema.tag;
+        return Err(PyValueError::new_err(format!("{tag} exists in three dimensions only")));
+    }
     let callbacks = Callbacks {
         force: Arc::new(force),
         jacobians: [jacobians.0, jacobians.1].map(|of| of.map(Arc::new)),

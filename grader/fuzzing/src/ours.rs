@@ -125,7 +125,7 @@ impl Path {
     /// The states of a scene. The second simulator has none of methods whose result depends on how they go about it.
     fn states(self, scene: &Scene) -> Result<Vec<State>, Verdict> {
         match self {
-            Self::Second if scene.forces.iter().any(is_flat) => Err(lacks("flat triangles")),
+            Self::Second if scene.forces.iter().any(is_flat) => Err(lacks("flat elements")),
             Self::Second => second(scene),
             Self::Solver(solver) => ours(scene, solver),
             Self::Symmetry(_) => ours(scene, LinearSolver::Auto),
@@ -158,15 +158,28 @@ fn lacks(words: &str) -> Verdict {
     Verdict::Fail(Failure::NotImplemented(Lack::LeftOut { words: words.to_owned() }))
 }
 
-/// Whether an undeformed triangle is nearly on a line.
+/// Whether an undeformed triangle is nearly on a line, or an undeformed tetrahedron nearly in a plane.
 fn is_flat(force: &ForceElement) -> bool {
-    let [a, b, c] = force.undeformed()[..] else { return false };
+    let places = force.undeformed();
+    let &[a, b, c] = &places[..places.len().min(3)] else { return false };
     let edge = |from: [f64; 3], to: [f64; 3]| [0, 1, 2].map(|axis| to[axis] - from[axis]);
     let dot = |u: [f64; 3], v: [f64; 3]| u.iter().zip(v).map(|(u, v)| u * v).sum::<f64>();
     let (u, v, w) = (edge(a, b), edge(a, c), edge(b, c));
-    let longest = [u, v, w].map(|edge| dot(edge, edge)).into_iter().fold(0.0, f64::max);
+    let mut longest = [u, v, w].map(|edge| dot(edge, edge)).into_iter().fold(0.0, f64::max);
     let area = 0.5 * (dot(u, u) * dot(v, v) - dot(u, v).powi(2)).max(0.0).sqrt();
-    longest > FLAT * area
+    let mut size = area;
+    if let Some(top) = places.get(3) {
+        let edges = [a, b, c].map(|corner| edge(corner, *top));
+        longest = edges.into_iter().map(|edge| dot(edge, edge)).fold(longest, f64::max);
+        let normal = [0, 1, 2].map(|axis| {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            u[next] * v[last] - u[last] * v[next]
+        });
+        // The area of a triangle of the height of the tetrahedron.
+        let height = dot(normal, edges[0]).abs() / (2.0 * area);
+        size = area.min(0.5 * longest.sqrt() * height);
+    }
+    longest > FLAT * size
 }
 
 /// Whether a force in the plane is the same in three dimensions.

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use scene::schema::{IntegratorOptions, Stencil};
-use scene::{Dimension, Particle, Rendering, Scene};
+use scene::{Dimension, ForceElement, Particle, Rendering, Scene};
 use simulator::integrator;
 
 use crate::judge::Wrong;
@@ -324,7 +324,8 @@ fn plainer(scene: &Scene) -> Vec<Scene> {
             all.push(other);
         }
     };
-    if scene.dimension == Dimension::Three {
+    let exists = |element: &ForceElement| element.schema.exists_in(Dimension::Two);
+    if scene.dimension == Dimension::Three && scene.forces.iter().all(exists) {
         push(&|other| {
             other.dimension = Dimension::Two;
             for particle in &mut other.particles {

@@ -8,7 +8,7 @@
 
 use reference::law::{self, Expectation, Law, Scale};
 use scene::schema::Stencil;
-use scene::{Dimension, Edge, ForceElement, Scene};
+use scene::{Edge, ForceElement, Scene};
 use simulator::force::{self, ForceKind};
 
 use super::Call;
@@ -107,11 +107,11 @@ impl ForceQuantity {
         Ok(quantity)
     }
 
-    /// Its calls, in the plane.
+    /// Its calls, in the plane if the force exists there.
     pub(super) fn calls(self) -> Vec<Call> {
         let kind = force::REGISTRY.iter().copied().find(|kind| kind.schema.tag == self.tag);
         let (Some(kind), Some(law)) = (kind, law::find(self.tag)) else { return Vec::new() };
-        let states = states(kind, Dimension::Two, RANDOM, 1);
+        let states = states(kind, kind.schema.least_dimension, RANDOM, 1);
         states.iter().filter_map(|state| self.call(law, state)).collect()
     }
 
@@ -200,7 +200,7 @@ mod tests {
                 "{tag}: grader/reference/src/law/energy.rs lists the energies of forces that derive from one, and of no others"
             );
             let law = law::find(tag).unwrap();
-            for state in &states(kind, Dimension::Two, RANDOM, 1) {
+            for state in &states(kind, kind.schema.least_dimension, RANDOM, 1) {
                 let scene = alone(&state.scene, law.size());
                 let (x, v) = (scene.positions(), scene.velocities());
                 let simulated = simulated(&scene).energy(&x, &v, 0.0).filter(|u| u.is_finite());

@@ -321,7 +321,7 @@ mod tests {
         for dimension in [Dimension::Two, Dimension::Three] {
             let offer =
                 Offer { stepper: &BuiltIn, dimension, explicit: "explicit-euler", implicit: None };
-            for part in parts().iter().filter(|part| part.steps != Steps::None) {
+            for part in parts(dimension).filter(|part| part.steps != Steps::None) {
                 let centers = Group::of_unit_masses(&states(dimension), dimension);
                 let (found, _) = offer.differences(&[part.full], &centers, &[]).unwrap();
                 assert_eq!(found.len(), centers.len());

@@ -417,7 +417,7 @@ mod tests {
                 implicit: Some("linearized-implicit-euler"),
             };
             let states = states(dimension);
-            for part in parts().iter().filter(|part| part.steps == Kind::Chain) {
+            for part in parts(dimension).filter(|part| part.steps == Kind::Chain) {
                 // The expected matrix must not affect the result.
                 let size = offer.size();
                 let nothing =

@@ -1,6 +1,6 @@
 //! Scenes of the probe: parts of forces, states, and many copies of a state in one scene.
 //!
-//! A *group* has one particle more than there are dimensions, or as many as the largest stencil. A force between two
+//! A *group* has one particle more than there are dimensions, or as many as the largest stencil there. A force between two
 //! particles forms a chain in it, one of more acts on consecutive ones, the first after the last,
 //!
 //! ```text
@@ -28,7 +28,8 @@ use simulator::integrator;
 
 /// Particles of a group.
 pub(super) fn chain(dimension: Dimension) -> usize {
-    let sizes = force::REGISTRY.iter().map(|kind| kind.schema.stencil.size());
+    let there = force::REGISTRY.iter().filter(|kind| kind.schema.exists_in(dimension));
+    let sizes = there.map(|kind| kind.schema.stencil.size());
     sizes.fold(dimension.count() + 1, usize::max)
 }
 
@@ -142,10 +143,10 @@ pub(super) fn measures_jacobians(schema: &ForceSchema) -> bool {
     schema.depends_on().has_jacobian() && Steps::of(schema) != Steps::None
 }
 
-/// Every part, a force's parts one after the other in the order of the simulator's registry.
-pub(super) fn parts() -> &'static [Part] {
+/// Every part that exists in this dimension, a force's parts one after the other in the order of the simulator's registry.
+pub(super) fn parts(dimension: Dimension) -> impl Iterator<Item = &'static Part> {
     static PARTS: LazyLock<Vec<Part>> = LazyLock::new(every_part);
-    &PARTS
+    PARTS.iter().filter(move |part| part.full.schema.exists_in(dimension))
 }
 
 fn every_part() -> Vec<Part> {

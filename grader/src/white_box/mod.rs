@@ -131,7 +131,8 @@ pub fn check_all(config: Config) -> JacobianReport {
 pub fn check_forces(config: Config, select: impl Fn(&str) -> bool) -> Vec<JacobianCheck> {
     let kinds = force::REGISTRY.iter().copied().filter(|kind| select(kind.schema.tag));
     let both = |kind| [(kind, Dimension::Two), (kind, Dimension::Three)];
-    let jobs: Vec<(&'static ForceKind, Dimension)> = kinds.flat_map(both).collect();
+    let jobs = kinds.flat_map(both).filter(|(kind, dimension)| kind.schema.exists_in(*dimension));
+    let jobs: Vec<(&'static ForceKind, Dimension)> = jobs.collect();
     jobs.into_par_iter()
         .filter_map(|(kind, dimension)| check(kind, dimension, config, &simulated))
         .collect()
@@ -255,10 +256,10 @@ mod tests {
         }
         let text = format!(
             r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>
-            <particle m="1.5" px="0.3" py="-0.7" vx="0.4" vy="1.1" fixed="0"/>
-            <particle m="0.8" px="1.9" py="0.6" vx="-0.9" vy="0.2" fixed="0"/>
-            <particle m="1.1" px="2.2" py="-0.9" vx="0.3" vy="-0.8" fixed="0"/>
-            <particle m="0.6" px="0.7" py="1.4" vx="0.8" vy="0.5" fixed="0"/>
+            <particle m="1.5" px="0.3" py="-0.7" pz="0.2" vx="0.4" vy="1.1" fixed="0"/>
+            <particle m="0.8" px="1.9" py="0.6" pz="-0.1" vx="-0.9" vy="0.2" fixed="0"/>
+            <particle m="1.1" px="2.2" py="-0.9" pz="0.4" vx="0.3" vy="-0.8" fixed="0"/>
+            <particle m="0.6" px="0.7" py="1.4" pz="1.3" vx="0.8" vy="0.5" fixed="0"/>
             <edge i="0" j="1"/>{}</scene>"#,
             kind.schema.example
         );
@@ -269,14 +270,14 @@ mod tests {
             Err(error) => return Some(format!("{tag}: its example cannot be read: {error}")),
         };
         let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-        let force: Box<dyn Force<2>> = kind.build(&scene, &elements);
+        let force: Box<dyn Force<3>> = kind.build(&scene, &elements);
         let state = State {
             masses: &[1.5, 0.8, 1.1, 0.6],
-            positions: &[0.3, -0.7, 1.9, 0.6, 2.2, -0.9, 0.7, 1.4],
-            velocities: &[0.4, 1.1, -0.9, 0.2, 0.3, -0.8, 0.8, 0.5],
+            positions: &[0.3, -0.7, 0.2, 1.9, 0.6, -0.1, 2.2, -0.9, 0.4, 0.7, 1.4, 1.3],
+            velocities: &[0.4, 1.1, 0.0, -0.9, 0.2, 0.0, 0.3, -0.8, 0.0, 0.8, 0.5, 0.0],
             time: 0.25,
         };
-        let mut values = [0.0; 8];
+        let mut values = [0.0; 12];
         let mut largest = Largest([0.0; 2]);
         let defined = force
             .add_force(state, 0..4, &mut values)
@@ -297,8 +298,8 @@ mod tests {
     /// The largest entry by position and by velocity.
     struct Largest([f64; 2]);
 
-    impl JacobianSink<2> for Largest {
-        fn add(&mut self, element: ElementJacobians<'_, 2>) {
+    impl JacobianSink<3> for Largest {
+        fn add(&mut self, element: ElementJacobians<'_, 3>) {
             for (largest, blocks) in
                 self.0.iter_mut().zip([element.by_position, element.by_velocity])
             {
@@ -352,6 +353,7 @@ mod tests {
             tag,
             example,
             title: spring.schema.title,
+            least_dimension: spring.schema.least_dimension,
             stencil: spring.schema.stencil,
             parameters: spring.schema.parameters,
             formula: spring.schema.formula,

@@ -2,7 +2,7 @@
 //!
 //! Half of them are random. The others are deliberately hard: almost zero length, compressed and stretched, mass ratios
 //! of 1e9, far from the origin, velocities along and across the line of two particles, no velocity, straight, folded and
-//! clockwise elements of three particles, and every parameter that may be zero at zero. Some have a particle more than one element needs, with elements that share particles, are
+//! clockwise elements of three particles, inverted ones of four, and every parameter that may be zero at zero. Some have a particle more than one element needs, with elements that share particles, are
 //! listed backwards, or act on the same. Parameters are drawn from the schema's typical values.
 //!
 //! Coordinates are multiples of a power of two with spare digits, so that differences can take exact steps.
@@ -69,6 +69,8 @@ enum Course {
     Any,
     /// Along the x axis, then the y axis, and so on.
     Axes,
+    /// Along x and y, then against z: particles of a solid are turned inside out.
+    Inverted,
     /// Each turned by this angle from the one before.
     Turning(f64),
 }
@@ -188,6 +190,7 @@ pub fn states_given(
     let more = match size_of(&kind.schema) {
         2 => "three".to_owned(),
         3 => "four".to_owned(),
+        4 => "five".to_owned(),
         size => (size + 1).to_string(),
     };
     let length = |times: f64| Plan { length: Length::Times(times), ..PLAIN };
@@ -204,6 +207,11 @@ pub fn states_given(
     hard("velocities alike", Plan { motion: Motion::Alike, ..PLAIN });
     hard("at rest", Plan { motion: Motion::Rest, ..PLAIN });
     hard("along the x axis", Plan { course: Course::Axes, ..PLAIN });
+    if kind.schema.stencil.size() > 3 && dimension == Dimension::Three {
+        let inverted = Plan { course: Course::Inverted, ..PLAIN };
+        hard("inverted", inverted);
+        hard("inverted, crushed", Plan { length: Length::Times(0.01), ..inverted });
+    }
     if kind.schema.stencil.size() > 2 {
         let mut turning =
             |name, angle| hard(name, Plan { course: Course::Turning(angle), ..PLAIN });
@@ -340,6 +348,11 @@ fn positions(
             (Course::Axes, _) => {
                 std::array::from_fn(|axis| f64::from(axis == (positions.len() - 1) % 2))
             }
+            (Course::Inverted, _) => match positions.len() % 3 {
+                0 => [0.0, 0.0, -1.0],
+                1 => [1.0, 0.0, 0.0],
+                _ => [0.0, 1.0, 0.0],
+            },
             (Course::Turning(angle), Some(before)) => turned(before, any, dimension, angle),
         };
         before = Some(direction);

@@ -152,7 +152,8 @@ pub fn general(scene: &Scene) -> Scene {
     let mut general = Scene { dimension, ..scene.clone() };
     for kind in force::REGISTRY {
         let schema = &kind.schema;
-        if scene.forces.iter().any(|force| force.schema == schema) {
+        let is_there = scene.forces.iter().any(|force| force.schema == schema);
+        if is_there || !schema.exists_in(dimension) {
             continue;
         }
         // The first particle, the one farthest from it, and the ones after the first.
@@ -164,7 +165,7 @@ pub fn general(scene: &Scene) -> Scene {
             continue;
         }
         let parameters = schema.parameters.iter().map(|parameter| {
-            // A rest length must be positive, and the corners of a triangle apart.
+            // A rest length must be positive, and the corners of an element apart.
             let is_zero = parameter.domain.contains(0.0) && parameter.coordinate.is_none();
             if is_zero { 0.0 } else { parameter.typical.0 }
         });

@@ -2,9 +2,9 @@
 
 use super::error::{Problem, SceneError};
 use super::schema::{Initial, IntegratorOptions, IntegratorSchema, OptionError};
-use super::{ForceElement, Particle};
+use super::{Dimension, ForceElement, Particle};
 
-/// The sine of an angle below which three places are on one line: a few rounding errors.
+/// The sine of an angle below which three places are on one line, or a fourth is in their plane: a few rounding errors.
 const FLAT: f64 = 4.0 * f64::EPSILON;
 
 /// Sets options of the integrator from text.
@@ -61,25 +61,65 @@ pub(super) fn refuse_undeformed(
     particles: &[Particle],
 ) -> Result<(), SceneError> {
     let tag = force.schema.tag;
-    let is_line = force.schema.initial == Initial::PathLength;
-    let problem = if is_line && force.path_length(particles) == 0.0 {
+    let is_path = force.schema.initial == Initial::PathLength;
+    let problem = if is_path && force.path_length(particles) == 0.0 {
         Problem::NoLength { tag }
     } else if is_flat(&force.undeformed()) {
-        Problem::FlatElement { tag }
+        match force.schema.stencil.size() {
+            4 => Problem::FlatTetrahedron { tag },
+            _ => Problem::FlatTriangle { tag },
+        }
     } else {
         return Ok(());
     };
     Err(SceneError::new(file, force.location, problem))
 }
 
-/// Whether these three places are on one line.
+/// An error where the force does not exist in this dimension.
+pub(super) fn refuse_dimension(
+    file: &str,
+    force: &ForceElement,
+    dimension: Dimension,
+) -> Result<(), SceneError> {
+    if force.schema.exists_in(dimension) {
+        return Ok(());
+    }
+    let problem = Problem::InSpaceOnly { tag: force.schema.tag };
+    Err(SceneError::new(file, force.location, problem))
+}
+
+/// Whether these three places are on one line, or these four in one plane.
 pub fn is_flat(places: &[[f64; 3]]) -> bool {
-    let &[a, b, c] = places else { return false };
-    let [u, v] = [b, c].map(|end| [0, 1, 2].map(|axis| end[axis] - a[axis]));
-    let cross = [0, 1, 2].map(|axis| {
+    match *places {
+        [a, b, c] => is_line(a, b, c),
+        [a, b, c, d] => is_plane(a, b, c, d),
+        _ => false,
+    }
+}
+
+fn is_line(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> bool {
+    let [u, v] = [b, c].map(|end| difference(end, a));
+    norm(cross(u, v)) <= FLAT * norm(u) * norm(v)
+}
+
+fn is_plane(a: [f64; 3], b: [f64; 3], c: [f64; 3], d: [f64; 3]) -> bool {
+    let [u, v, w] = [b, c, d].map(|end| difference(end, a));
+    let normal = cross(u, v);
+    let height: f64 = normal.iter().zip(w).map(|(a, b)| a * b).sum();
+    is_line(a, b, c) || height.abs() <= FLAT * norm(normal) * norm(w)
+}
+
+fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| a[axis] - b[axis])
+}
+
+fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         u[next] * v[last] - u[last] * v[next]
-    });
-    let norm = |vector: [f64; 3]| vector.iter().map(|value| value * value).sum::<f64>().sqrt();
-    norm(cross) <= FLAT * norm(u) * norm(v)
+    })
+}
+
+fn norm(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|value| value * value).sum::<f64>().sqrt()
 }

@@ -4,7 +4,7 @@
 //! an entry that leaves one out does not compile. The parser, the help text, the grader's checks and the tables of
 //! docs/methods.md all derive from these facts.
 
-use super::{ForceElement, Parameters};
+use super::{Dimension, ForceElement, Parameters};
 
 /// All forces and integrators, for the parser.
 #[derive(Debug, Clone)]
@@ -41,6 +41,8 @@ pub struct ForceSchema {
     pub formula: &'static str,
     /// Its derivatives and its energy, likewise.
     pub derivatives: Derivatives,
+    /// The fewest dimensions of a scene that has it.
+    pub least_dimension: Dimension,
     /// The particles that one element acts on.
     pub stencil: Stencil,
     /// Its parameters.
@@ -91,6 +93,11 @@ impl ForceSchema {
     pub fn is_triangle(&self) -> bool {
         let has_corners = self.parameters.iter().any(|parameter| parameter.coordinate.is_some());
         self.stencil.size() == 3 && has_corners
+    }
+
+    /// Whether scenes of this dimension may have it.
+    pub fn exists_in(&self, dimension: Dimension) -> bool {
+        dimension.count() >= self.least_dimension.count()
     }
 
     /// A zero for each parameter.
@@ -390,6 +397,12 @@ impl ParameterSchema {
         self
     }
 
+    /// The same, Poisson's ratio of a stable solid.
+    pub const fn of_solid(mut self) -> Self {
+        self.domain = Domain::SolidPoissonRatio;
+        self
+    }
+
     /// Whether a file has to give it.
     pub const fn is_required(&self) -> bool {
         self.default.is_none() && self.coordinate.is_none()
@@ -430,6 +443,8 @@ pub enum Domain {
     UnitInterval,
     /// Any but 1 and −1.
     ExceptUnit,
+    /// Between −1 and 1/2.
+    SolidPoissonRatio,
 }
 
 impl Domain {
@@ -442,6 +457,7 @@ impl Domain {
                 Self::Positive => value > 0.0,
                 Self::UnitInterval => (0.0..=1.0).contains(&value),
                 Self::ExceptUnit => value.abs() != 1.0,
+                Self::SolidPoissonRatio => -1.0 < value && value < 0.5,
             }
     }
 
@@ -453,6 +469,7 @@ impl Domain {
             Self::Positive => "a finite number above 0",
             Self::UnitInterval => "between 0 and 1",
             Self::ExceptUnit => "a finite number other than 1 and -1",
+            Self::SolidPoissonRatio => "above -1 and below 0.5",
         }
     }
 }

@@ -8,8 +8,8 @@
 
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
-use scene::Scene;
 use scene::schema::{Conserves, Derivatives, ForceSchema, Initial, Masses, Stencil};
+use scene::{Dimension, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -19,6 +19,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         derivatives: Derivatives {
             by_position: "0", by_velocity: "0", energy: "`U = −Σ f·x_i`"
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::EveryParticle,
         parameters: &components(
             ["force along x", "force along y", "force along z"],

@@ -13,11 +13,11 @@ use super::{
     Block, Coupling, Degenerate, ElementJacobians, Force, ForceKind, JacobianSink, Numbered, State,
 };
 use super::{add_to, vector_of};
-use scene::Scene;
 use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
+use scene::{Dimension, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -29,6 +29,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "of each particle by itself: `∂F_i/∂v_i = −b I`",
             energy: r"dissipation `b/2 Σ \|v_i\|²`",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::EveryParticle,
         parameters: &[
             ParameterSchema::new("b", "damping", (0.1, 10.0), [0.75, 0.5, 1.25]).non_negative()

@@ -28,7 +28,7 @@ use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
-use scene::{ForceElement, Scene};
+use scene::{Dimension, ForceElement, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -40,6 +40,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "`U = c/2 (θ − θ0)²`",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Named(&["i1", "i2", "i3"]),
         parameters: &[
             ParameterSchema::new("alpha", "bending modulus", (0.1, 2.0), [0.125, 0.1875, 0.15625])

@@ -9,11 +9,11 @@
 use super::pair::PairForce;
 use super::spring::{Spring, Springs};
 use super::{Force, ForceKind, Numbered};
-use scene::Scene;
 use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
+use scene::{Dimension, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -25,6 +25,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "`U = α/(2 l0) (l − l0)²`",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Named(&["i1", "i2"]),
         parameters: &[
             ParameterSchema::new("alpha", "modulus", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),

@@ -29,9 +29,10 @@ use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
-use scene::{ForceElement, Scene};
+use scene::{Dimension, ForceElement, Scene};
 
-const fn corner(
+/// A coordinate of an undeformed corner.
+pub(super) const fn corner(
     name: &'static str,
     (particle, axis): (usize, usize),
     typical: (f64, f64),
@@ -80,6 +81,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "`U = E Ā/(2 (1 − ν²)) (ε_xx² + 2ν ε_xx ε_yy + ε_yy² + 2 (1 − ν) ε_xy²)`, with `Ā` the undeformed area",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Named(CORNERS),
         parameters: PARAMETERS,
         parts: &[PartSchema::whole(

@@ -1,4 +1,5 @@
-//! Finite elements with linear shape functions: one element code, and the materials.
+//! Finite elements with linear shape functions: one element code, and the materials of triangles. Those of tetrahedra are
+//! in [`solid`].
 //!
 //! ```text
 //! F = (x_2 − x_1 | x_3 − x_1) B    B = (b_2 − b_1 | b_3 − b_1)⁻¹    U = Ā ψ(F)    P = ∂ψ/∂F
@@ -34,6 +35,8 @@
 //! Sources: Sifakis and Barbič, FEM simulation of 3D deformable solids (2012), sections 3.3 and 3.4; Smith, de Goes and
 //! Kim, Stable neo-Hookean flesh simulation (2018), section 3.
 
+pub(super) mod solid;
+
 use std::marker::PhantomData;
 
 use nalgebra::{SMatrix, Vector3};
@@ -42,49 +45,78 @@ use super::elastic_triangle::{CORNERS, PARAMETERS, SHAPE, undeformed};
 use super::stencil::{Local, LocalJacobians, StencilForce, StencilLaw};
 use super::{Force, ForceKind, Numbered, Vector};
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, PartSchema, Potential,
-    Stencil,
+    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
+    Potential, Stencil,
 };
-use scene::{ForceElement, Scene};
+use scene::{Dimension, ForceElement, Scene};
 
 pub(super) static ST_VENANT_KIRCHHOFF: ForceKind = ForceKind {
-    schema: schema(Described {
-        tag: "stvktriangle",
-        title: "St. Venant–Kirchhoff triangle",
-        formula: "`−∂U/∂x`, with `F = (x_i2 − x_i1 \\| x_i3 − x_i1) (b_2 − b_1 \\| b_3 − b_1)⁻¹`, `ε = ½ (FᵀF − I)`, `b` the undeformed corners, `μ = E/(2 (1 + ν))`, `λ = E ν/(1 − ν²)`",
-        by_position: "`−∂²U/∂x²`: `F dS + dF S` with the stress `S = 2μ ε + λ tr ε I`",
-        energy: "`U = Ā (μ ‖ε‖² + λ/2 (tr ε)²)`, with `Ā` the undeformed area",
-        example: r#"<stvktriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
-    }),
+    schema: schema(
+        TRIANGLE,
+        Described {
+            tag: "stvktriangle",
+            title: "St. Venant–Kirchhoff triangle",
+            formula: "`−∂U/∂x`, with `F = (x_i2 − x_i1 \\| x_i3 − x_i1) (b_2 − b_1 \\| b_3 − b_1)⁻¹`, `ε = ½ (FᵀF − I)`, `b` the undeformed corners, `μ = E/(2 (1 + ν))`, `λ = E ν/(1 − ν²)`",
+            by_position: "`−∂²U/∂x²`: `F dS + dF S` with the stress `S = 2μ ε + λ tr ε I`",
+            energy: "`U = Ā (μ ‖ε‖² + λ/2 (tr ε)²)`, with `Ā` the undeformed area",
+            example: r#"<stvktriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
+        },
+    ),
     build_2d: build::<StVenantKirchhoff<2, 2>, 2>,
     build_3d: build::<StVenantKirchhoff<3, 2>, 3>,
 };
 
 pub(super) static COROTATED: ForceKind = ForceKind {
-    schema: schema(Described {
-        tag: "corotatedtriangle",
-        title: "corotated triangle",
-        formula: "`−∂U/∂x`, with `F`, `μ` and `λ` as of `stvktriangle`, `F = R S` its polar decomposition, and `s = tr S`",
-        by_position: "`−∂²U/∂x²`, with the derivative of `R`",
-        energy: "`U = Ā (μ ‖F − R‖² + λ/2 (s − 2)²)`",
-        example: r#"<corotatedtriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
-    }),
+    schema: schema(
+        TRIANGLE,
+        Described {
+            tag: "corotatedtriangle",
+            title: "corotated triangle",
+            formula: "`−∂U/∂x`, with `F`, `μ` and `λ` as of `stvktriangle`, `F = R S` its polar decomposition, and `s = tr S`",
+            by_position: "`−∂²U/∂x²`, with the derivative of `R`",
+            energy: "`U = Ā (μ ‖F − R‖² + λ/2 (s − 2)²)`",
+            example: r#"<corotatedtriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
+        },
+    ),
     build_2d: build::<Corotated<2>, 2>,
     build_3d: build::<Corotated<3>, 3>,
 };
 
 pub(super) static NEO_HOOKEAN: ForceKind = ForceKind {
-    schema: schema(Described {
-        tag: "neohookeantriangle",
-        title: "stable neo-Hookean triangle",
-        formula: "`−∂U/∂x`, with `F`, `μ` and `λ` as of `stvktriangle`, and `J` the area per undeformed area: `det F` in the plane, `\\|F_1 × F_2\\|` in space",
-        by_position: "`−∂²U/∂x²`, with the second derivative of `J`",
-        energy: "`U = Ā (μ/2 (‖F‖² − 2J) + (λ + μ)/2 (J − 1)²)`",
-        example: r#"<neohookeantriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
-    }),
+    schema: schema(
+        TRIANGLE,
+        Described {
+            tag: "neohookeantriangle",
+            title: "stable neo-Hookean triangle",
+            formula: "`−∂U/∂x`, with `F`, `μ` and `λ` as of `stvktriangle`, and `J` the area per undeformed area: `det F` in the plane, `\\|F_1 × F_2\\|` in space",
+            by_position: "`−∂²U/∂x²`, with the second derivative of `J`",
+            energy: "`U = Ā (μ/2 (‖F‖² − 2J) + (λ + μ)/2 (J − 1)²)`",
+            example: r#"<neohookeantriangle i1="0" i2="1" i3="2" youngsmodulus="100" poissonratio="0.3" xb1x="0" xb1y="0" xb2x="1" xb2y="0" xb3x="0" xb3y="1"/>"#,
+        },
+    ),
     build_2d: build::<NeoHookean<2>, 2>,
     build_3d: build::<NeoHookean<3>, 3>,
 };
+
+/// What differs between the shapes' entries.
+struct Shape {
+    least_dimension: Dimension,
+    corners: &'static [&'static str],
+    parameters: &'static [ParameterSchema],
+    parts: &'static [PartSchema],
+}
+
+const TRIANGLE: Shape = Shape {
+    least_dimension: Dimension::Two,
+    corners: CORNERS,
+    parameters: PARAMETERS,
+    parts: &[part(SHAPE)],
+};
+
+/// The part of an element whose force is shaped by these parameters.
+const fn part(shaped_by: &'static [&'static str]) -> PartSchema {
+    PartSchema::whole(&["youngsmodulus"], shaped_by, Dependence::POSITION, Potential::Energy)
+}
 
 /// What differs between the materials' entries.
 struct Described {
@@ -96,7 +128,7 @@ struct Described {
     example: &'static str,
 }
 
-const fn schema(of: Described) -> ForceSchema {
+const fn schema(shape: Shape, of: Described) -> ForceSchema {
     ForceSchema {
         tag: of.tag,
         title: of.title,
@@ -106,11 +138,10 @@ const fn schema(of: Described) -> ForceSchema {
             by_velocity: "0",
             energy: of.energy,
         },
-        stencil: Stencil::Named(CORNERS),
-        parameters: PARAMETERS,
-        parts: const {
-            &[PartSchema::whole(&["youngsmodulus"], SHAPE, Dependence::POSITION, Potential::Energy)]
-        },
+        least_dimension: shape.least_dimension,
+        stencil: Stencil::Named(shape.corners),
+        parameters: shape.parameters,
+        parts: shape.parts,
         masses: Masses::None,
         initial: Initial::None,
         ignored: &[],
@@ -166,11 +197,15 @@ impl<M> Element<M, 2> {
         let (modulus, nu) = (element.parameter("youngsmodulus"), element.parameter("poissonratio"));
         let lame =
             Lame { mu: modulus / (2.0 * (1.0 + nu)), lambda: modulus * nu / (1.0 - nu * nu) };
-        Self { lame, volume, inverse, material: PhantomData }
+        Self::new(lame, volume, inverse)
     }
 }
 
 impl<M, const N: usize> Element<M, N> {
+    fn new(lame: Lame, volume: f64, inverse: SMatrix<f64, N, N>) -> Self {
+        Self { lame, volume, inverse, material: PhantomData }
+    }
+
     fn material<const D: usize>(&self, at: &Local<N, D>) -> Option<M>
     where
         M: Material<D, N>,

@@ -12,11 +12,11 @@
 use super::law::PairLaw;
 use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
-use scene::Scene;
 use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
+use scene::{Dimension, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -28,6 +28,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "`U = −G m_i m_j/l`",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Named(&["i", "j"]),
         parameters: &[ParameterSchema::new(
             "G",

@@ -13,11 +13,11 @@
 use super::law::PairLaw;
 use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
-use scene::Scene;
 use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
+use scene::{Dimension, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -29,6 +29,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "`U = l0² k/2 (l²/l0² − 1)²`",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 10.0), [0.25, 0.375, 0.3125])

@@ -75,16 +75,28 @@ pub static REGISTRY: &[&ForceKind] = &[
     &finite_element::ST_VENANT_KIRCHHOFF,
     &finite_element::COROTATED,
     &finite_element::NEO_HOOKEAN,
+    &finite_element::solid::ST_VENANT_KIRCHHOFF,
+    &finite_element::solid::COROTATED,
+    &finite_element::solid::NEO_HOOKEAN,
 ];
 
 /// A force as the registry knows it: how a scene mentions it, and how it is built.
 pub struct ForceKind {
     /// How a scene mentions it.
     pub schema: ForceSchema,
-    /// Builds it for two dimensions.
+    /// Builds it for two dimensions, if it exists there.
     pub build_2d: fn(&Scene, &[Numbered<'_>]) -> Box<dyn Force<2>>,
     /// Builds it for three dimensions.
     pub build_3d: fn(&Scene, &[Numbered<'_>]) -> Box<dyn Force<3>>,
+}
+
+/// Builds a force in the plane that does not exist there.
+///
+/// # Panics
+/// Always: no scene of two dimensions has the force.
+fn in_space_only(_: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<2>> {
+    let tags = elements.iter().map(|(_, element)| element.schema.tag);
+    panic!("in the plane: {}", tags.collect::<Vec<_>>().join(", "))
 }
 
 /// A force element and its number among the scene's.

@@ -17,7 +17,7 @@ use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
-use scene::{ForceElement, Scene};
+use scene::{Dimension, ForceElement, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -29,6 +29,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "`U = k/2 (l − r)²`",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),

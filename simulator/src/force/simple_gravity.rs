@@ -9,8 +9,8 @@
 
 use super::uniform::{PARTS, Uniform, Weight, components};
 use super::{Force, ForceKind, Numbered};
-use scene::Scene;
 use scene::schema::{Conserves, Derivatives, ForceSchema, Initial, Masses, Stencil};
+use scene::{Dimension, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -22,6 +22,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "`U = −Σ m_i g·x_i`",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::EveryParticle,
         parameters: &components(
             ["acceleration along x", "acceleration along y", "acceleration along z"],

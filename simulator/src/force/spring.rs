@@ -25,7 +25,7 @@ use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
-use scene::{ForceElement, Scene};
+use scene::{Dimension, ForceElement, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -37,6 +37,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "`−b n nᵀ`",
             energy: "`U = k/2 (l − l0)²`; none for `b`",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Edge,
         parameters: &[
             ParameterSchema::new("k", "stiffness", (1.0, 100.0), [4.0, 6.0, 5.0]).non_negative(),

@@ -17,11 +17,11 @@
 use super::law::PairLaw;
 use super::pair::PairForce;
 use super::{Block, Force, ForceKind, Numbered, Vector};
-use scene::Scene;
 use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
+use scene::{Dimension, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -33,6 +33,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "`−kvc/l² I`",
             energy: "none",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Named(&["i", "j"]),
         parameters: &[
             ParameterSchema::new(

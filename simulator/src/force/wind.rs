@@ -26,7 +26,7 @@ use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
-use scene::{Particles, Scene};
+use scene::{Dimension, Particles, Scene};
 
 pub(super) static KIND: ForceKind = ForceKind {
     schema: ForceSchema {
@@ -38,6 +38,7 @@ pub(super) static KIND: ForceKind = ForceKind {
             by_velocity: "0",
             energy: "none",
         },
+        least_dimension: Dimension::Two,
         stencil: Stencil::EveryParticle,
         parameters: &[ParameterSchema::new("strength", "strength", (0.5, 2.0), [0.75, 0.5, 1.25])
             .default_to(1.0)],

@@ -122,13 +122,19 @@ fn random_elements(random: &mut fastrand::Rng, force: &ForceSchema, dimensions: 
     text
 }
 
+/// The forces that exist in so many dimensions.
+fn there(dimensions: usize) -> impl Iterator<Item = &'static ForceKind> {
+    let exist = move |kind: &&ForceKind| kind.schema.least_dimension.count() <= dimensions;
+    FORCES.iter().copied().filter(exist)
+}
+
 /// Elements of every force that `keep` keeps.
 fn random_forces(
     random: &mut fastrand::Rng,
     dimensions: usize,
     keep: impl Fn(&ForceSchema) -> bool,
 ) -> String {
-    let schemas = FORCES.iter().map(|kind| &kind.schema).filter(|schema| keep(schema));
+    let schemas = there(dimensions).map(|kind| &kind.schema).filter(|schema| keep(schema));
     schemas.map(|schema| random_elements(random, schema, dimensions)).collect()
 }
 
@@ -194,7 +200,7 @@ impl<const D: usize> JacobianSink<D> for Full {
 /// For every registered force, the scene of four random particles on which it acts alone.
 fn for_each_force(dimensions: usize, mut check: impl FnMut(&ForceSchema, &Scene)) {
     let mut random = fastrand::Rng::with_seed(2026);
-    for kind in FORCES {
+    for kind in there(dimensions) {
         for _ in 0..5 {
             let elements = random_particles(&mut random, dimensions)
                 + &random_elements(&mut random, &kind.schema, dimensions);

@@ -9,7 +9,7 @@ use simulator::simulation::Simulation;
 use simulator::sizes::PARALLEL;
 use simulator::vocabulary;
 
-/// A pinned net large enough for several threads, with an element of every kind of force, and with particles that are
+/// A pinned net large enough for several threads, with an element of every kind of force of the plane, and with particles that are
 /// fixed on both sides of the borders between threads.
 fn scene() -> Scene {
     let timeline = Timeline {
@@ -21,7 +21,7 @@ fn scene() -> Scene {
     };
     let net = Net { segments: 80, pinned: true, timeline, ..Net::default() };
     let mut scene = net.scene().unwrap();
-    for kind in force::REGISTRY {
+    for kind in force::REGISTRY.iter().filter(|kind| kind.schema.exists_in(scene.dimension)) {
         let example = kind.schema.example;
         let text = format!(
             r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="1"/>

@@ -119,7 +119,7 @@ pub fn plain(scene: &Scene) -> Option<String> {
 fn scene(scope: &Scope, choices: &mut Choices) -> Option<(Scene, &'static str)> {
     let dimension = choices.one_of(&scope.dimensions);
     let (integrator, spelling) = choices.one_of(&scope.integrators);
-    let kinds = kinds(scope, integrator, choices);
+    let kinds = kinds(scope, dimension, integrator, choices);
     let needed = kinds.iter().map(|kind| kind.stencil.size()).max().unwrap_or(1);
     let count = match choices.below(16) {
         0..=7 => 1 + choices.below(2),
@@ -160,10 +160,12 @@ fn scene(scope: &Scope, choices: &mut Choices) -> Option<(Scene, &'static str)> 
 /// The kinds of forces, most often one or two.
 fn kinds(
     scope: &Scope,
+    dimension: Dimension,
     integrator: &IntegratorSchema,
     choices: &mut Choices,
 ) -> Vec<&'static ForceSchema> {
     let mut left = scope.forces.clone();
+    left.retain(|schema| schema.exists_in(dimension));
     let count = [1, 1, 1, 1, 2, 2, 2, 3, 3, 0, left.len()][choices.below(11)].min(left.len());
     // A method that takes rounds knows springs.
     let refuses_all = |schema: &&'static ForceSchema| {

@@ -1,12 +1,12 @@
 //! Energies of the laws that have one, with `f_a = −∂U/∂x_a`, `l = |x_i − x_j|` and the parameters at the time.
 //!
 //! ```text
-//! simple gravity  −m g·x      spring, scripted, elastic  ½ k (l − l0)²             elements of three particles: as in
-//! constant force  −F·x        green spring               ½ k l0² (l²/l0² − 1)²     stencil.rs and material.rs
+//! simple gravity  −m g·x      spring, scripted, elastic  ½ k (l − l0)²             of three or more particles: as in
+//! constant force  −F·x        green spring               ½ k l0² (l²/l0² − 1)²     stencil.rs, material.rs and solid.rs
 //!                             gravitation                −G m_i m_j / l
 //! ```
 
-use super::{At, Expectation, Form, Law, difference, dot, material, named, norm, stencil};
+use super::{At, Expectation, Form, Law, difference, dot, material, named, norm, solid, stencil};
 
 /// Energy of a stencil, by parameters and particles.
 type EnergyLaw = fn(&[f64], &[At<'_, f64>]) -> f64;
@@ -25,6 +25,9 @@ static ENERGIES: &[(&str, EnergyLaw)] = &[
     ("stvktriangle", |p, at| material::st_venant_kirchhoff_energy(p, at, &positions(at))),
     ("corotatedtriangle", |p, at| material::corotated_energy(p, at, &positions(at))),
     ("neohookeantriangle", |p, at| material::neo_hookean_energy(p, at, &positions(at))),
+    ("stvktetrahedron", |p, at| solid::st_venant_kirchhoff_energy(p, &positions(at))),
+    ("corotatedtetrahedron", |p, at| solid::corotated_energy(p, &positions(at))),
+    ("neohookeantetrahedron", |p, at| solid::neo_hookean_energy(p, &positions(at))),
 ];
 
 impl Expectation<'_> {

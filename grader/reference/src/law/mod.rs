@@ -15,6 +15,7 @@ mod energy;
 mod field;
 mod material;
 mod pair;
+mod solid;
 mod stencil;
 
 use nalgebra::DMatrix;
@@ -50,7 +51,8 @@ pub type Vector<T> = [T; 3];
 
 /// Every law.
 pub fn all() -> impl Iterator<Item = &'static Law> {
-    [field::LAWS, pair::LAWS, stencil::LAWS, material::LAWS].into_iter().flatten().copied()
+    let laws = [field::LAWS, pair::LAWS, stencil::LAWS, material::LAWS, solid::LAWS];
+    laws.into_iter().flatten().copied()
 }
 
 /// The law of the force with this tag.

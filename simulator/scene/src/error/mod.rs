@@ -114,7 +114,11 @@ pub enum Problem {
     )]
     NoLength { tag: &'static str },
     #[error("the undeformed corners of <{tag}> are on one line: it has no area")]
-    FlatElement { tag: &'static str },
+    FlatTriangle { tag: &'static str },
+    #[error("the undeformed corners of <{tag}> are in one plane: it has no volume")]
+    FlatTetrahedron { tag: &'static str },
+    #[error("<{tag}> exists in three dimensions only, and this scene has two")]
+    InSpaceOnly { tag: &'static str },
     #[error("unknown integrator type {found:?}")]
     UnknownIntegrator { found: String, suggestion: Option<&'static str>, known: String },
     #[error("{integrator} has no option {option:?}")]
@@ -190,10 +194,15 @@ impl Problem {
             }
             Self::SameParticle { .. } => "join two different particles".into(),
             Self::NoLength { .. } => "place its particles apart".into(),
-            Self::FlatElement { .. } => {
+            Self::FlatTriangle { .. } => {
                 "give it corners that span a triangle, xb1x to xb3y, or place its particles so"
                     .into()
             }
+            Self::FlatTetrahedron { .. } => {
+                "give it corners that span a tetrahedron, xb1x to xb4z, or place its particles so"
+                    .into()
+            }
+            Self::InSpaceOnly { .. } => "give its particles pz and vz".into(),
             Self::UnknownIntegrator { suggestion: Some(suggestion), .. } => {
                 format!("did you mean {suggestion:?}?")
             }

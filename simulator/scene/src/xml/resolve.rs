@@ -3,7 +3,7 @@
 use super::unresolved::{Reference, UnresolvedForce, UnresolvedIntegrator};
 use super::{Parser, closest};
 use crate::error::{Problem, SceneError};
-use crate::resolve::{refuse_force, refuse_undeformed, set_options};
+use crate::resolve::{refuse_dimension, refuse_force, refuse_undeformed, set_options};
 use crate::schema::{Coordinate, IntegratorOptions, IntegratorSchema, Stencil};
 use crate::{
     Dimension, Edge, ForceElement, MAX_STEPS, Parsed, ParticlePath, Particles, Rendering, Scene,
@@ -14,6 +14,7 @@ impl Parser<'_> {
     /// Resolves what names other elements, applies the overrides, and checks the whole.
     pub(super) fn finish(mut self) -> Result<Parsed, SceneError> {
         let draft = std::mem::take(&mut self.draft);
+        let dimension = if draft.three_dimensional { Dimension::Three } else { Dimension::Two };
         let n_particles = draft.particles.len();
         let n_edges = draft.edges.len();
 
@@ -42,6 +43,7 @@ impl Parser<'_> {
                 }
             }
             let force = ForceElement { schema, particles, edge, parameters, location };
+            refuse_dimension(self.name, &force, dimension)?;
             refuse_undeformed(self.name, &force, &draft.particles)?;
             forces.push(force);
         }
@@ -94,7 +96,6 @@ impl Parser<'_> {
             return Err(SceneError::new(self.name, duration_location, problem));
         }
 
-        let dimension = if draft.three_dimensional { Dimension::Three } else { Dimension::Two };
         let scene = Scene {
             name: self.name.to_owned(),
             description: draft.description.into_value(),

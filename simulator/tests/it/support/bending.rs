@@ -7,11 +7,11 @@
 //! f_a = −k (c − c0) g_a,  ∂f_a/∂b = −k (g_a g_bᵀ + (c − c0) ∂²c/∂a∂b)
 //! ```
 
-use scene::Scene;
 use scene::schema::{
     Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
     Potential, Stencil,
 };
+use scene::{Dimension, Scene};
 use simulator::force::stencil::{Local, LocalJacobians, StencilForce, StencilLaw};
 use simulator::force::{Block, Force, ForceKind, Numbered, Vector};
 
@@ -21,6 +21,7 @@ pub(crate) static BENDING: ForceKind = ForceKind {
         title: "bending spring",
         formula: "`F = −∂U/∂x` of `U = k/2 (c − c0)²`, with `c` the cosine of the angle at `j`",
         derivatives: Derivatives { by_position: "", by_velocity: "", energy: "" },
+        least_dimension: Dimension::Two,
         stencil: Stencil::Named(&["i", "j", "k"]),
         parameters: &[
             ParameterSchema::new("stiffness", "stiffness", (0.5, 2.0), [0.75, 0.5, 1.25])

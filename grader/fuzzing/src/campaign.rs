@@ -58,8 +58,8 @@ const REFUSALS: u32 = 100;
 const MOST_KEPT: usize = 1000;
 
 /// Of so many scenes, one is run by itself if the program is right in it with others in one run. A run of its own takes as
-/// long as six others: one in 16 would take a third of the time.
-const CONFIRMED: u64 = 64;
+/// long as six others, and the other threads wait for it: one in 64 takes up to a fifth of the time, one in 16 two fifths.
+const CONFIRMED: u64 = 128;
 
 /// The most runs that are right and serve as evidence.
 const MOST_RIGHT: usize = 40;

@@ -44,7 +44,7 @@ struct JsonRun<'a> {
     served: u64,
     /// Scenes in which it is right, and was not with others in one run.
     right_alone: u64,
-    /// Scenes in which it was right with others in one run, and is not by itself: one in 64 is tried.
+    /// Scenes in which it was right with others in one run, and is not by itself: one in 128 is tried.
     right_served: u64,
     /// Pairs of a feature and a circumstance, or another feature, that were run.
     covered_pairs: usize,

@@ -116,7 +116,7 @@ fn failures_of_served_runs_are_confirmed_by_plain_starts() {
 fn what_a_program_serves_is_confirmed_by_a_sample_of_plain_starts() {
     let failing = format!("{CALL} && exit 3");
     let submission = serving("fuzz-served-otherwise", &failing, &each(CALL));
-    let (report, code) = served(&submission, "256");
+    let (report, code) = served(&submission, "512");
     assert_eq!(code, 1, "{report}");
     assert!(report["right_served"].as_u64() > Some(0), "{report}");
     // From then on, each scene is run by itself: the sample holds fewer.

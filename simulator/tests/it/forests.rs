@@ -5,7 +5,9 @@ mod forest;
 
 use needs::needs;
 use scene::{self, Dimension, ForceElement, ParseOptions, Particle, Scene};
-use simulator::generate::{Beam, Bodies, Chain, Cloth, Generator, Net, REGISTRY, Ring, Timeline};
+use simulator::generate::{
+    Beam, Bodies, Chain, Cloth, Disc, Generator, Net, REGISTRY, Ring, Rope, Sheet, Timeline,
+};
 use simulator::sizes::PARALLEL;
 use simulator::vocabulary;
 
@@ -119,6 +121,15 @@ fn generated() -> Vec<(String, Scene)> {
                 Box::new(Ring { particles: 4_500, spokes: true, timeline, ..Ring::default() }),
             ],
             "beam" => vec![Box::new(Beam { nx: 20, ny: 8, nz: 8, timeline, ..Beam::default() })],
+            "sheet" => {
+                let sheet = Sheet { nx: 100, ny: 45, width: 10.0, height: 4.5, ..Sheet::default() };
+                vec![Box::new(Sheet { timeline, ..sheet })]
+            }
+            "disc" => vec![Box::new(Disc { rings: 38, timeline, ..Disc::default() })],
+            "rope" => {
+                let rope = Rope { bars: 4_200, length: 210.0, ..Rope::default() };
+                vec![Box::new(Rope { timeline, ..rope })]
+            }
             "bodies" => vec![Box::new(Bodies { bodies: 130, timeline, ..Bodies::default() })],
             _ => panic!("no large scene of `{name}`: add one here"),
         }

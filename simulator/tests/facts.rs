@@ -174,14 +174,27 @@ fn dependence_on_initial_positions_matches_the_schema() {
     for kind in FORCES {
         let mut scene = scene(&kind.schema, kind.schema.parts.len() - 1);
         let here = on_masses(&scene, MASSES);
+        let sizes = |scene: &Scene| {
+            let element = &scene.forces[0];
+            let is_hinge = element.particles.len() == 4;
+            let weight = if is_hinge { element.hinge_weight(&scene.particles) } else { 1.0 };
+            [1.0 / element.path_length(&scene.particles), weight]
+        };
+        let before = sizes(&scene);
         for particle in &mut scene.particles {
-            particle.position = particle.position.map(|coordinate| 2.0 * coordinate);
+            particle.position[0] *= 2.0;
         }
-        let elsewhere = on_masses(&scene, MASSES);
-        let found = if elsewhere == here {
+        let (elsewhere, after) = (on_masses(&scene, MASSES), sizes(&scene));
+        let grows = |by: f64| {
+            let mut both = elsewhere.iter().zip(here);
+            both.all(|(elsewhere, here)| (elsewhere - by * here).abs() <= 1e-12 * here.abs())
+        };
+        let found = if grows(1.0) {
             Initial::None
-        } else if elsewhere == here.map(|component| 0.5 * component) {
+        } else if grows(after[0] / before[0]) {
             Initial::PathLength
+        } else if grows(after[1] / before[1]) {
+            Initial::Hinge
         } else {
             Initial::BoxDiagonal
         };

@@ -76,9 +76,9 @@ impl Elements {
         Self { schema, parts: 1 + number.unwrap_or_else(|| panic!("{tag} has no part {part}")) }
     }
 
-    /// The parameters of the element at this place in the chain. A force that grows with the masses is divided by
-    /// them, and one that is per initial length is multiplied by it, not to depend on them.
-    fn parameters(self, place: usize, masses: &[f64], path_length: f64) -> Parameters {
+    /// The parameters of the element at this place in the chain. A force that grows with the masses or a size of the initial
+    /// positions is divided by them, not to depend on them.
+    fn parameters(self, place: usize, masses: &[f64], initial: f64) -> Parameters {
         let Self { schema, parts } = self;
         let mut values = schema.zeros();
         for (value, parameter) in values.iter_mut().zip(schema.parameters) {
@@ -91,8 +91,8 @@ impl Elements {
             if is_scale && schema.masses == Masses::Product {
                 *value /= masses.iter().product::<f64>();
             }
-            if is_scale && schema.initial == Initial::PathLength {
-                *value *= path_length;
+            if is_scale {
+                *value /= initial;
             }
         }
         values
@@ -338,7 +338,7 @@ fn force_elements(
 ) -> Vec<ForceElement> {
     let schema = of.schema;
     if schema.stencil.is_field() {
-        let mut element = ForceElement::new(schema, &[], None, of.parameters(0, &[], 0.0));
+        let mut element = ForceElement::new(schema, &[], None, of.parameters(0, &[], 1.0));
         if dimension == Dimension::Two {
             clear_depth(&mut element);
         }
@@ -354,8 +354,12 @@ fn force_elements(
             let is_edge = schema.stencil == Stencil::Edge;
             let edge = is_edge.then_some(number * stencils.len() + place);
             let mut element = ForceElement::new(schema, &particles, edge, schema.zeros());
-            let path_length = element.path_length(all);
-            element.parameters = of.parameters(place, &masses, path_length);
+            let initial = match schema.initial {
+                Initial::PathLength => 1.0 / element.path_length(all),
+                Initial::Hinge => element.hinge_weight(all),
+                Initial::None | Initial::BoxDiagonal => 1.0,
+            };
+            element.parameters = of.parameters(place, &masses, initial);
             if dimension == Dimension::Two {
                 clear_depth(&mut element);
             }

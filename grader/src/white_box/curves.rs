@@ -131,8 +131,8 @@ mod tests {
         let checks = check_forces(Config { states: 1, seed: 1 }, |_| true);
         let curved: Vec<Curves> = checks.iter().filter_map(curves).collect();
         // Four kinds of springs, gravitation, drag, vortex, wind, bending and four of triangles, in two dimensions and three; three
-        // of tetrahedra in three.
-        assert_eq!(curved.len(), 29);
+        // of tetrahedra and hinges in three.
+        assert_eq!(curved.len(), 30);
         for curves in curved {
             let [with, without] = curves.windows;
             let without = without.unwrap_or_else(|| panic!("{curves:?}"));

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
 
 use fastrand::Rng;
-use scene::schema::{Domain, ForceSchema, ParameterSchema, Stencil};
+use scene::schema::{Domain, ForceSchema, Initial, ParameterSchema, Stencil};
 use scene::{Dimension, EDGE_RADIUS, Edge, ForceElement, PARTICLE_RADIUS, Particle, Scene};
 use simulator::force::ForceKind;
 use simulator::integrator;
@@ -67,8 +67,8 @@ enum Motion {
 #[derive(Clone, Copy, PartialEq)]
 enum Course {
     Any,
-    /// Along the x axis, then the y axis, and so on.
-    Axes,
+    /// Along so many axes in turn, x first.
+    Axes(usize),
     /// Along x and y, then against z: particles of a solid are turned inside out.
     Inverted,
     /// Each turned by this angle from the one before.
@@ -206,7 +206,9 @@ pub fn states_given(
     hard("velocity across the line", Plan { motion: Motion::Across, ..PLAIN });
     hard("velocities alike", Plan { motion: Motion::Alike, ..PLAIN });
     hard("at rest", Plan { motion: Motion::Rest, ..PLAIN });
-    hard("along the x axis", Plan { course: Course::Axes, ..PLAIN });
+    // In a plane, the triangles of a hinge are folded onto each other, where its force jumps.
+    let axes = if kind.schema.initial == Initial::Hinge { 3 } else { 2 };
+    hard("along the x axis", Plan { course: Course::Axes(axes), ..PLAIN });
     if kind.schema.stencil.size() > 3 && dimension == Dimension::Three {
         let inverted = Plan { course: Course::Inverted, ..PLAIN };
         hard("inverted", inverted);
@@ -345,8 +347,8 @@ fn positions(
         let any = unit(vector(dimension, rng));
         let direction = match (plan.course, before) {
             (Course::Any, _) | (Course::Turning(_), None) => any,
-            (Course::Axes, _) => {
-                std::array::from_fn(|axis| f64::from(axis == (positions.len() - 1) % 2))
+            (Course::Axes(count), _) => {
+                std::array::from_fn(|axis| f64::from(axis == (positions.len() - 1) % count))
             }
             (Course::Inverted, _) => match positions.len() % 3 {
                 0 => [0.0, 0.0, -1.0],

@@ -241,6 +241,18 @@ impl ForceElement {
         self.particles.windows(2).map(length).sum()
     }
 
+    /// `3 |ē|²/Ā`, with `ē` the edge from its first particle to the second, and `Ā` the area of the two triangles on it and
+    /// on the third particle and the fourth.
+    ///
+    /// # Panics
+    /// If it has fewer than four particles.
+    pub fn hinge_weight(&self, particles: &[Particle]) -> f64 {
+        let place = |corner: usize| particles[self.particles[corner]].position;
+        let [edge, a, b] = [1, 2, 3].map(|corner| resolve::difference(place(corner), place(0)));
+        let areas = [a, b].map(|side| 0.5 * resolve::norm(resolve::cross(edge, side)));
+        3.0 * resolve::norm(edge).powi(2) / (areas[0] + areas[1])
+    }
+
     /// Its particles' places in the undeformed element; none if the force has no such parameters.
     pub fn undeformed(&self) -> SmallVec<[[f64; 3]; 3]> {
         let mut places: SmallVec<[[f64; 3]; 3]> = SmallVec::new();

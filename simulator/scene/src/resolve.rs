@@ -62,8 +62,12 @@ pub(super) fn refuse_undeformed(
 ) -> Result<(), SceneError> {
     let tag = force.schema.tag;
     let is_path = force.schema.initial == Initial::PathLength;
+    let place = |corner: usize| particles[force.particles[corner]].position;
+    let is_line_with = |corner: usize| is_line(place(0), place(1), place(corner));
     let problem = if is_path && force.path_length(particles) == 0.0 {
         Problem::NoLength { tag }
+    } else if force.schema.initial == Initial::Hinge && (is_line_with(2) || is_line_with(3)) {
+        Problem::FlatHinge { tag }
     } else if is_flat(&force.undeformed()) {
         match force.schema.stencil.size() {
             4 => Problem::FlatTetrahedron { tag },
@@ -109,17 +113,17 @@ fn is_plane(a: [f64; 3], b: [f64; 3], c: [f64; 3], d: [f64; 3]) -> bool {
     is_line(a, b, c) || height.abs() <= FLAT * norm(normal) * norm(w)
 }
 
-fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| a[axis] - b[axis])
 }
 
-fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
+pub(super) fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         u[next] * v[last] - u[last] * v[next]
     })
 }
 
-fn norm(vector: [f64; 3]) -> f64 {
+pub(super) fn norm(vector: [f64; 3]) -> f64 {
     vector.iter().map(|value| value * value).sum::<f64>().sqrt()
 }

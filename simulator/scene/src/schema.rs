@@ -247,6 +247,8 @@ pub enum Initial {
     None,
     /// In inverse proportion to the initial length of the path through the particles of its stencil, in their order.
     PathLength,
+    /// In proportion to [`ForceElement::hinge_weight`].
+    Hinge,
     /// Through the diagonal of the box around all particles of the scene.
     BoxDiagonal,
 }

@@ -46,6 +46,7 @@ mod elastic_triangle;
 mod finite_element;
 mod gravitational;
 mod green_spring;
+mod hinge_bending;
 mod scripted_spring;
 mod simple_gravity;
 mod spring;
@@ -78,6 +79,7 @@ pub static REGISTRY: &[&ForceKind] = &[
     &finite_element::solid::ST_VENANT_KIRCHHOFF,
     &finite_element::solid::COROTATED,
     &finite_element::solid::NEO_HOOKEAN,
+    &hinge_bending::KIND,
 ];
 
 /// A force as the registry knows it: how a scene mentions it, and how it is built.

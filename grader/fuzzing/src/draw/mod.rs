@@ -289,6 +289,7 @@ fn time(scene: &mut Scene, choices: &mut Choices) {
             let lightest = lightest.fold(f64::INFINITY, f64::min);
             let length = match element.schema.initial {
                 Initial::PathLength => element.path_length(&scene.particles).min(1.0),
+                Initial::Hinge => 1.0 / element.hinge_weight(&scene.particles).max(1.0),
                 Initial::None | Initial::BoxDiagonal => 1.0,
             };
             let of_law = (scale / (lightest * length)).abs();

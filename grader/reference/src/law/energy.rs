@@ -27,6 +27,7 @@ static ENERGIES: &[(&str, EnergyLaw)] = &[
     ("neohookeantriangle", |p, at| material::neo_hookean_energy(p, at, &positions(at))),
     ("stvktetrahedron", |p, at| solid::st_venant_kirchhoff_energy(p, &positions(at))),
     ("corotatedtetrahedron", |p, at| solid::corotated_energy(p, &positions(at))),
+    ("hingebendingforce", |p, at| stencil::hinge_energy(p, at, &positions(at))),
     ("neohookeantetrahedron", |p, at| solid::neo_hookean_energy(p, &positions(at))),
 ];
 

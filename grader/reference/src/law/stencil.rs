@@ -3,6 +3,8 @@
 //! ```text
 //! bending    U = α/(2 (|ē1| + |ē2|)) (θ − θ0)²                                 Theme 4, milestone 1
 //!            tan θ = (e1 × e2)/(e1·e2);  in space |e1 × e2|/(e1·e2)
+//! hinge      U = k (θ − θ0)² |ē|/h̄                                            Grinspun et al. (2003), section 4.1
+//!            θ from u to −v about e, of u and v what is across e of both sides
 //! triangle   U = E Ā/(2 (1 − ν²)) (ν (tr ε)² + (1 − ν) tr ε²)                  the same
 //!            ε = ∇Φᵀ∇Φ − I:  eᵀ ε ē' = e·e' − ē·ē' for edges e, e' and the undeformed ē, ē'
 //! ```
@@ -18,7 +20,7 @@ use num_dual::Dual;
 use super::{At, Law, Number, Scale, Symmetry, Vector, difference, dot, named, norm};
 
 /// The laws of this file.
-pub(super) static LAWS: &[&Law] = &[&ELASTIC_BENDING, &TRIANGLE];
+pub(super) static LAWS: &[&Law] = &[&ELASTIC_BENDING, &TRIANGLE, &HINGE];
 
 /// The forces of an energy on its particles, `f_a = −∂U/∂x_a`.
 pub fn forces_of<T: Number>(
@@ -110,6 +112,79 @@ fn elastic_bending_smooth(_p: &[f64], at: &[At<'_, f64>]) -> f64 {
     );
     let way = norm(&cross(&first, &second)) / norm(&first).max(norm(&second));
     if at[0].dimension == 2 && dot(first, second) > 0.0 { norm(&first) } else { way }
+}
+
+static HINGE: Law = Law::of_stencil(
+    "hingebendingforce",
+    &["stiffness", "theta0"],
+    Symmetry::Isotropic,
+    4,
+    (hinge, hinge),
+    hinge_scale,
+)
+.smooth_within(hinge_smooth);
+
+fn hinge<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
+    forces_of(at, |x| hinge_energy(p, at, x))
+}
+
+pub(super) fn hinge_energy<A, T: Number>(p: &[f64], at: &[At<'_, A>], x: &[Vector<T>]) -> T {
+    let [stiffness, theta0] = named(p);
+    let change = hinge_angle(x) - theta0;
+    change * change * (stiffness * per_height(at))
+}
+
+/// `|ē|/h̄`, with `h̄` a third of the mean of the heights over the edge.
+fn per_height<T>(at: &[At<'_, T>]) -> f64 {
+    let start: Vec<Vector<f64>> = at.iter().map(|at| at.start).collect();
+    let [first, second] = heights(&start);
+    6.0 * norm(&difference(&start[1], &start[0])) / (first + second)
+}
+
+fn hinge_angle<T: Number>(x: &[Vector<T>]) -> T {
+    let edge = difference(&x[1], &x[0]);
+    let length = dot(edge, edge).sqrt();
+    let along = edge.map(|component| component / length);
+    let across = |corner: usize| -> Vector<T> {
+        let side = difference(&x[corner], &x[0]);
+        let share = dot(side, along);
+        std::array::from_fn(|axis| side[axis] - along[axis] * share)
+    };
+    let (u, v) = (across(2), across(3).map(|component| -component));
+    angle(dot(along, cross(&u, &v)), dot(u, v))
+}
+
+/// Of the third and the fourth particle over the edge between the first two.
+fn heights(x: &[Vector<f64>]) -> [f64; 2] {
+    let edge = difference(&x[1], &x[0]);
+    [2, 3].map(|corner| norm(&cross(&edge, &difference(&x[corner], &x[0]))) / norm(&edge))
+}
+
+fn hinge_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
+    let [stiffness, theta0] = named(p);
+    let x: Vec<Vector<f64>> = at.iter().map(|at| at.position).collect();
+    let edge = norm(&difference(&x[1], &x[0]));
+    let [first, second] = heights(&x);
+    let sides = [2, 3].map(|corner| norm(&difference(&x[corner], &x[0])));
+    // How much less well a normal is known than the sides, and how far a corner reaches beyond the edge.
+    let lost = 1.0 + (sides[0] / first).max(sides[1] / second);
+    let reach = 1.0 + (sides[0] + sides[1]) / edge;
+    let shortest = first.min(second).min(edge);
+    let (energy, angle) = (stiffness * per_height(at), theta0.abs() + PI);
+    let force = 2.0 * energy * angle * lost * reach / shortest;
+    Scale {
+        energy: energy * angle * angle * lost,
+        force,
+        by_position: 4.0 * force * lost * reach / shortest,
+        by_velocity: 0.0,
+    }
+}
+
+/// The way to the fold, where the angle jumps, or to a triangle without an area.
+fn hinge_smooth(_p: &[f64], at: &[At<'_, f64>]) -> f64 {
+    let x: Vec<Vector<f64>> = at.iter().map(|at| at.position).collect();
+    let [first, second] = heights(&x);
+    first.min(second) * (PI - hinge_angle(&x).abs()).min(1.0)
 }
 
 /// The parameters of a triangle.

@@ -121,7 +121,7 @@ fn verdicts(check: &JacobianCheck) -> Vec<(&'static str, Verdict)> {
 #[test]
 fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
     // dF/dx direct and cross, dF/dv direct and cross: whether each is zero by theory.
-    let zero: [(&str, [bool; 4]); 18] = [
+    let zero: [(&str, [bool; 4]); 19] = [
         ("simplegravity", [true; 4]),
         ("constantforce", [true; 4]),
         ("springforce", [false; 4]),
@@ -140,6 +140,7 @@ fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
         ("stvktetrahedron", [false, false, true, true]),
         ("corotatedtetrahedron", [false, false, true, true]),
         ("neohookeantetrahedron", [false, false, true, true]),
+        ("hingebendingforce", [false, false, true, true]),
     ];
     let in_plane = force::REGISTRY.iter().filter(|kind| kind.schema.exists_in(Dimension::Two));
     assert_eq!(originals().len(), force::REGISTRY.len() + in_plane.count());
@@ -153,10 +154,12 @@ fn every_block_of_every_force_is_correct_in_two_and_three_dimensions() {
             assert!(2 * finding.evidence > check.states, "{context}: {}", finding.evidence);
             let exhibit = finding.exhibit.as_ref().expect("something was seen");
             // The differences are accurate enough to detect an error of a millionth. In a solid in one place, a corner's own
-            // block is smaller than the others by many orders.
+            // block is smaller than the others by many orders. The normals of slender triangles lose digits.
             let is_in_one_place = exhibit.state.name == "length nearly zero";
+            let is_slender = exhibit.state.name.starts_with("nearly");
             let bound = match check.tag {
                 "neohookeantetrahedron" if is_in_one_place => 1e-5,
+                "hingebendingforce" if is_slender => 1e-6,
                 _ => 1e-8,
             };
             assert!(exhibit.relative_error().uncertainty < bound, "{context}");

@@ -117,6 +117,10 @@ pub enum Problem {
     FlatTriangle { tag: &'static str },
     #[error("the undeformed corners of <{tag}> are in one plane: it has no volume")]
     FlatTetrahedron { tag: &'static str },
+    #[error(
+        "a triangle of <{tag}> has no area at the start, and its stiffness is per initial area"
+    )]
+    FlatHinge { tag: &'static str },
     #[error("<{tag}> exists in three dimensions only, and this scene has two")]
     InSpaceOnly { tag: &'static str },
     #[error("unknown integrator type {found:?}")]
@@ -201,6 +205,9 @@ impl Problem {
             Self::FlatTetrahedron { .. } => {
                 "give it corners that span a tetrahedron, xb1x to xb4z, or place its particles so"
                     .into()
+            }
+            Self::FlatHinge { .. } => {
+                "place its particles so that i1 i2 i3 and i1 i2 i4 are triangles".into()
             }
             Self::InSpaceOnly { .. } => "give its particles pz and vz".into(),
             Self::UnknownIntegrator { suggestion: Some(suggestion), .. } => {

@@ -297,8 +297,16 @@ fn the_number_of_steps_rounds_up_in_floating_point() {
 #[test]
 fn the_examples_of_the_help_text_are_elements_of_the_schema() {
     for schema in vocabulary().forces {
-        let scene = EVERYTHING.replace("</scene>", &format!("{}</scene>", schema.example));
-        let scene = parse(scene);
+        let is_plane = schema.exists_in(Dimension::Two);
+        let particles = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]].map(|[x, y, z]| {
+            let depth = if is_plane { String::new() } else { format!(r#"pz="{z}" vz="0""#) };
+            format!(r#"<particle m="1" px="{x}" py="{y}" vx="0" vy="0" fixed="0" {depth}/>"#)
+        });
+        let scene = parse(format!(
+            r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="0.1"/>{}<edge i="0" j="1"/>{}</scene>"#,
+            particles.concat(),
+            schema.example
+        ));
         assert_eq!(scene.forces.last().unwrap().schema.tag, schema.tag);
     }
 }

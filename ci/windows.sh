@@ -103,6 +103,6 @@ echo "windows: $count commands ran under $(wine --version)"
 # The tests of the core.
 cp "$work/bin/bcryptprimitives.dll" "$WINEPREFIX/drive_c/windows/system32"
 echo "+ cargo test --target $target"
-CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER=wine cross test $target --release --no-fail-fast -p scene -p sparse -p simulator -p reference \
+CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER=wine cross test $target --release --tests --no-fail-fast -p scene -p sparse -p simulator -p reference \
     -p jacobian -p frames -p picture | tee "$work/tests"
 awk '/^test result/ { passed += $4; failed += $6; ignored += $8 } END { print "windows: tests of the core: " passed " passed, " failed " failed, " ignored " ignored" }' "$work/tests"

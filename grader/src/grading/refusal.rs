@@ -1,8 +1,9 @@
 //! Programs that say that they lack a feature.
 //!
 //! Exit code 77 says so, as in Automake's test suites; so does any other non-zero exit code, or a run without a trace,
-//! with a message that refuses the scene's integrator, one of its forces or its format by name. A message that names a force without refusing it
-//! ("springforce.cpp:12: index out of range") is a crash.
+//! with a message that refuses the scene's integrator, one of its forces or its format by name ("unknown force vortexforce",
+//! "no element vortexforce"). A message that names a force without refusing it ("springforce.cpp:12: index out of range")
+//! is a crash.
 
 use scene::Scene;
 
@@ -13,9 +14,14 @@ use crate::verdict::{Failure, Lack, RunEnd, RunFailure};
 const NOT_IMPLEMENTED: i32 = 77;
 
 /// Words of a refusal, in lower case.
-const REFUSALS: [&str; 14] = [
+const REFUSALS: [&str; 19] = [
     "not implemented",
     "not yet",
+    "not recogni",
+    "not handled",
+    "not available",
+    "not know",
+    "n't know",
     "notimplemented",
     "unimplemented",
     "unknown",
@@ -57,11 +63,12 @@ pub fn refusal(scene: &Scene, format: &str, failure: Failure) -> Failure {
     let Some(status) = run.end.exit_status() else { return failure };
     let text = said(run);
     let lines = || text.lines().map(str::to_owned);
-    let refused = lines().filter(|line| REFUSALS.iter().any(|word| line.contains(word)));
-    let refused: Vec<String> = refused.collect();
-    let named = names(scene, format)
-        .into_iter()
-        .find(|name| refused.iter().any(|line| has_word(line, name)));
+    let refuses = |line: &str, name: &str| {
+        has_word(line, name)
+            && (REFUSALS.iter().any(|word| line.contains(word)) || is_denied(line, name))
+    };
+    let named =
+        names(scene, format).into_iter().find(|name| lines().any(|line| refuses(&line, name)));
     if status != NOT_IMPLEMENTED && named.is_none() {
         return failure;
     }
@@ -122,6 +129,16 @@ fn has_word(line: &str, name: &str) -> bool {
     })
 }
 
+/// Whether `line` says that there is no `name`: "no vortexforce", "no element 'vortexforce' here".
+fn is_denied(line: &str, name: &str) -> bool {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let is_name = |word: &&str| has_word(word, name);
+    words
+        .iter()
+        .position(|word| *word == "no")
+        .is_some_and(|no| words[no + 1..].iter().take(2).any(is_name))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,6 +160,18 @@ mod tests {
         assert!(!says(RunEnd::Exited(139), "not implemented"));
         assert!(!says(RunEnd::Killed(6), "not implemented"));
         assert!(!says(RunEnd::Exited(1), "Traceback (most recent call last):\nKeyError: cannot"));
+    }
+
+    #[test]
+    fn a_message_denies_what_it_says_there_is_no_such_thing_as() {
+        for (line, is_there) in [
+            ("no element vortexforce", true),
+            ("error: there is no 'vortexforce' here", true),
+            ("no two particles of vortexforce may coincide", false),
+            ("vortexforce: no convergence", false),
+        ] {
+            assert_eq!(is_denied(line, "vortexforce"), is_there, "{line}");
+        }
     }
 
     #[test]

@@ -185,7 +185,8 @@ struct JsonGroup {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 struct JsonFinding {
     /// "output", "cause" (a mistake, proven by replay), "possible-cause" (it explains most scenes, not all), "feature" (one to
-    /// look at), "crash", "time-out", "memory", "other-root", "common" (no cause found) or "not-implemented".
+    /// look at), "crash", "error" (the program reports one, and ends), "time-out", "memory", "other-root", "common" (no cause
+    /// found) or "not-implemented".
     kind: &'static str,
     /// The finding as a sentence.
     message: String,

@@ -96,6 +96,7 @@ impl Named {
     /// Whether it names this feature for failures with this symptom.
     pub fn is(&self, symptom: Symptom, feature: Feature) -> bool {
         let is_ended = match self.kind {
+            FindingKind::Ends(Symptom::Error) => symptom == Symptom::Crash,
             FindingKind::Ends(found) => found == symptom,
             // A program that says what it lacks ends with an error.
             FindingKind::NotImplemented => matches!(symptom, Symptom::Wrong | Symptom::Crash),

@@ -6,7 +6,7 @@ use diagnosis::findings::{self, Findings, JudgedScene, Outcome, Thresholds};
 use sandbox::NotKept;
 
 use super::judge::Judged;
-use super::refusal::says_why;
+use super::refusal::{says_something, says_why};
 use crate::compare::Criteria;
 use crate::suite::{NoTrace, Section};
 use crate::verdict::{Failure, FormFault, Lack, RunEnd, RunFailure, Skipped, Verdict};
@@ -81,6 +81,7 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         Failure::NoTrace(NoTrace::Missing { .. }) => Outcome::Missing,
         Failure::NoTrace(NoTrace::Several { .. }) | Failure::Unreadable { .. } => Outcome::NoTrace,
         Failure::Run(run) if says_why(run) => Outcome::Refused(None),
+        Failure::Run(run) if says_something(run) => Outcome::Stopped,
         Failure::Run(RunFailure { end, .. }) => outcome_of_run(end),
         Failure::Skipped(Skipped::Crashes { last, .. }) => outcome_of_failure(last),
         Failure::GaveUp { .. } => Outcome::Crashed,

@@ -79,13 +79,19 @@ pub fn refusal(scene: &Scene, format: &str, failure: Failure) -> Failure {
     Failure::NotImplemented(Lack::Refused { name, failure: run.clone() })
 }
 
-/// Whether a program ended by itself, with an exit status and a reason in words, not with the report of an error that
-/// nothing caught.
+/// Whether a program ended by itself, with an exit status and words of a refusal.
 pub(super) fn says_why(run: &RunFailure) -> bool {
-    let RunEnd::Exited(status) = run.end else { return false };
     let text = said(run);
     let has = |words: &[&str]| words.iter().any(|word| text.contains(word));
-    (1..SIGNALS).contains(&status) && (has(&REFUSALS) || has(&REASONS)) && !has(&UNCAUGHT)
+    says_something(run) && (has(&REFUSALS) || has(&REASONS))
+}
+
+/// Whether a program ended by itself, with an exit status and a message, not with the report of an error that nothing caught.
+pub(super) fn says_something(run: &RunFailure) -> bool {
+    let RunEnd::Exited(status) = run.end else { return false };
+    let text = said(run);
+    let is_uncaught = UNCAUGHT.iter().any(|word| text.contains(word));
+    (1..SIGNALS).contains(&status) && !text.trim().is_empty() && !is_uncaught
 }
 
 /// What a program printed, in lower case, without warnings and the lines of source that follow them.

@@ -302,6 +302,61 @@ fn states_written_a_step_late_are_an_output_fault() {
 }
 
 #[test]
+fn a_mistake_beside_a_fault_of_the_output_is_named() {
+    type Written = fn(Vec<State>) -> Vec<State>;
+    const MISTAKE: &str = "gravitationalforce lacks the factor m_i";
+    let exchanged = |mut states: Vec<State>| {
+        states
+            .iter_mut()
+            .flat_map(|state| state.velocities.chunks_mut(2))
+            .for_each(|v| v.swap(0, 1));
+        states
+    };
+    let grouped = |mut states: Vec<State>| {
+        // Rows of all positions, then all velocities, read particle by particle.
+        for state in &mut states {
+            let row = [state.positions.as_slice(), &state.velocities].concat();
+            let of =
+                |first: usize| row.chunks(4).flat_map(move |row| row[first..first + 2].to_vec());
+            [state.positions, state.velocities] = [of(0).collect(), of(2).collect()];
+        }
+        states
+    };
+    let negated = |mut states: Vec<State>| {
+        let values = |state: &mut State| {
+            state
+                .positions
+                .iter_mut()
+                .chain(&mut state.velocities)
+                .for_each(|value| *value *= -1.0);
+        };
+        states.iter_mut().for_each(values);
+        states
+    };
+    let late = |mut states: Vec<State>| {
+        for step in (1..states.len()).rev() {
+            states[step].velocities = states[step - 1].velocities.clone();
+        }
+        states
+    };
+    let faults: [(Written, &str); 4] = [
+        (exchanged, "the output: right numbers in the wrong order"),
+        (grouped, "the output: right numbers in the wrong order"),
+        (negated, "the output: positions and velocities have the wrong sign"),
+        (late, "the output: the velocities are those of the step before"),
+    ];
+    for (written, fault) in faults {
+        let list = findings(&[candidate(MISTAKE)], written);
+        let proven: Vec<&Finding> =
+            list.iter().filter(|one| one.kind <= FindingKind::Cause).collect();
+        let words: Vec<String> = proven.iter().map(|finding| finding.sentence()).collect();
+        assert_eq!(words, [fault, MISTAKE]);
+        assert!(proven[1].scenes.len() > 9, "{:?}", proven[1].scenes);
+        assert!(proven[1].scenes.iter().all(|name| proven[0].scenes.contains(name)), "{list:?}");
+    }
+}
+
+#[test]
 fn scenes_with_two_mistakes_count_as_evidence_for_both() {
     let words = ["dragdamping is multiplied by the mass", "simplegravity has the wrong sign"];
     let found = findings(&words.map(candidate), |states| states);

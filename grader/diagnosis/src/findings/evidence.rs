@@ -380,6 +380,8 @@ pub(super) struct Marked<'a> {
     pub(super) has_other_root: bool,
     /// Whether Newton's method converges slowly or not at all with the changes made so far: it shows nothing.
     pub(super) open: bool,
+    /// Whether it is compared with nothing yet.
+    pub(super) is_set_aside: bool,
 }
 
 impl<'a> Deref for Marked<'a> {
@@ -393,7 +395,12 @@ impl<'a> Deref for Marked<'a> {
 impl<'a> Marked<'a> {
     pub(super) fn new(shown: &'a SceneEvidence<'a>) -> Self {
         let has_other_root = shown.judged.has_other_root;
-        Self { shown, explained: false, has_other_root, open: false }
+        Self { shown, explained: false, has_other_root, open: false, is_set_aside: false }
+    }
+
+    /// Whether its steps are evidence of a mistake.
+    pub(super) fn is_suspect(&self) -> bool {
+        !self.is_set_aside && self.shown.is_suspect()
     }
 
     /// Whether its steps are evidence that nothing explains.
@@ -405,7 +412,7 @@ impl<'a> Marked<'a> {
     /// wrong form show no steps.
     pub(super) fn is_settled(&self) -> bool {
         let has_states = self.kind.as_ref().is_none_or(Kind::keeps_states);
-        (self.passed || self.explained && has_states) && !self.has_other_root
+        (self.passed || self.explained && has_states) && !self.has_other_root && !self.is_set_aside
     }
 }
 

@@ -60,6 +60,8 @@ pub enum Symptom {
     Wrong,
     /// Crashes.
     Crash,
+    /// An error that the program reports, and ends.
+    Error,
     /// Runs that do not end.
     TimeOut,
     /// Too much memory.
@@ -68,13 +70,14 @@ pub enum Symptom {
 
 impl Symptom {
     /// All.
-    pub const ALL: [Self; 4] = [Self::Wrong, Self::Crash, Self::TimeOut, Self::Memory];
+    pub const ALL: [Self; 5] = [Self::Wrong, Self::Crash, Self::Error, Self::TimeOut, Self::Memory];
 
     /// The machine-readable name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Wrong => "wrong",
             Self::Crash => "crash",
+            Self::Error => "error",
             Self::TimeOut => "time-out",
             Self::Memory => "memory",
         }
@@ -86,6 +89,7 @@ impl fmt::Display for Symptom {
         f.write_str(match self {
             Self::Wrong => "wrong traces",
             Self::Crash => "crashes",
+            Self::Error => "ends with an error message",
             Self::TimeOut => "does not end",
             Self::Memory => "takes too much memory",
         })

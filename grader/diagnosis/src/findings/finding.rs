@@ -38,7 +38,7 @@ pub enum FindingKind {
     Possible,
     /// A feature whose scenes are wrong, without a cause.
     Feature,
-    /// Runs that crash, do not end or take too much memory.
+    /// Runs that crash, report an error, do not end or take too much memory.
     Ends(Symptom),
     /// Implicit steps that satisfy their equation, with another solution.
     OtherRoot,

@@ -19,7 +19,7 @@ use crate::steps::{digits, is_single};
 const FEW_DIGITS: usize = 14;
 
 /// Numbers within this relative distance are equal up to the order of operations.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 
 /// Relative error of single precision, accumulated over some steps.
 const NEARLY: f64 = 1e-4;
@@ -35,6 +35,7 @@ pub(super) enum Kind {
     Missing,
     NotBuilt,
     Crash,
+    Error,
     TimeOut,
     Memory,
     NoTrace,
@@ -81,6 +82,7 @@ impl fmt::Display for Kind {
             | Self::Missing
             | Self::NotBuilt
             | Self::Crash
+            | Self::Error
             | Self::TimeOut
             | Self::Memory => "",
             Self::NoTrace => "no trace where it is expected",
@@ -127,6 +129,7 @@ impl Kind {
             | Self::Missing
             | Self::NotBuilt
             | Self::Crash
+            | Self::Error
             | Self::TimeOut
             | Self::Memory => return None,
             Self::StateTooMany | Self::StateTooFew => Feature::States,
@@ -191,6 +194,7 @@ impl Kind {
     pub(super) fn symptom(&self) -> Symptom {
         match self {
             Self::Crash => Symptom::Crash,
+            Self::Error => Symptom::Error,
             Self::TimeOut => Symptom::TimeOut,
             Self::Memory => Symptom::Memory,
             _ => Symptom::Wrong,
@@ -210,6 +214,7 @@ impl Kind {
             Outcome::Refused(_) => Self::Refused,
             Outcome::Missing => Self::Missing,
             Outcome::Crashed => Self::Crash,
+            Outcome::Stopped => Self::Error,
             Outcome::TimedOut => Self::TimeOut,
             Outcome::OutOfMemory => Self::Memory,
             Outcome::NoTrace => Self::NoTrace,
@@ -439,12 +444,13 @@ fn decimals(value: f64) -> usize {
     format!("{value}").split_once('.').map_or(0, |(_, behind)| behind.len())
 }
 
-fn same(a: &[f64], b: &[f64]) -> bool {
+/// Whether numbers are equal up to the order of operations.
+pub(super) fn same(a: &[f64], b: &[f64]) -> bool {
     let scale = largest(b);
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME * scale)
 }
 
-fn largest(values: &[f64]) -> f64 {
+pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! traces ── form.rs       faults of the output, settled first
+//!        ── restore.rs    traces without such a fault, where other mistakes are looked for
 //!        ── evidence.rs   which steps are wrong by themselves; replay of whole scenes with a change
 //!        ── fit.rs        numbers in changes, from the steps
 //!        ── search.rs     changes that make the same steps, proven by replay; up to three mistakes together
@@ -20,6 +21,7 @@ mod finding;
 mod fit;
 mod form;
 mod judged;
+mod restore;
 mod scope;
 mod search;
 mod shared;
@@ -119,8 +121,24 @@ impl Findings {
         if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
             return (Self::default(), vec![Found::default(); judged.len()]);
         }
-        let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
         let mut list = outputs(&mut scenes);
+        let restored = restore::all(&scenes);
+        let rejudged = restored.iter().map(|one| one.judged(&judged[one.number]));
+        let rejudged: Vec<JudgedScene<'_>> = rejudged.collect();
+        let shown = rejudged.par_iter().map(|judged| SceneEvidence::of(judged, limits));
+        let shown: Vec<SceneEvidence<'_>> = shown.collect();
+        for (one, shown) in restored.iter().zip(&shown) {
+            scenes[one.number] = Marked::new(shown);
+            scenes[one.number].explained = one.is_right;
+        }
+        let is_of_output = |finding: &&mut Finding| finding.kind == FindingKind::Output;
+        if let Some(finding) = list.iter_mut().find(is_of_output) {
+            let is_new = |name: &&str| !finding.scenes.iter().any(|known| known == name);
+            let more = restored.iter().map(|one| judged[one.number].name).filter(is_new);
+            let more: Vec<String> = more.map(str::to_owned).collect();
+            finding.scenes.extend(more);
+        }
+        let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
         let other_roots = other_roots(&mut scenes, &roots);
         let Assignment { mut scenes, causes } = search::causes(&scenes, limits);
         // A wrong Jacobian leads Newton's method elsewhere.
@@ -176,17 +194,22 @@ impl Findings {
                     .filter(|cause| cause.scenes.contains(&number) && scene.explained)
                     .filter(|cause| cause.change().acts_in(scene.judged.scene));
                 let changes: Vec<Change> = acting.map(|cause| cause.change().clone()).collect();
-                Diagnosis {
-                    steps: scene.steps.clone(),
-                    causes: changes.iter().map(|change| change.words.clone()).collect(),
-                    other_root: *root,
-                    restarts: None,
-                    explanation: Explanation::of(
+                // In numbers, only as they stand in the trace.
+                let is_restored = restored.iter().any(|one| one.number == number);
+                let explanation = || {
+                    Explanation::of(
                         scene.judged.scene,
                         &scene.evidence,
                         &changes,
                         scene.judged.first_wrong.map(|first| first.particle),
-                    ),
+                    )
+                };
+                Diagnosis {
+                    steps: evidence[number].steps.clone(),
+                    causes: changes.iter().map(|change| change.words.clone()).collect(),
+                    other_root: *root,
+                    restarts: None,
+                    explanation: if is_restored { None } else { explanation() },
                 }
             });
             found.push(Found { diagnosis, lacks });
@@ -522,7 +545,7 @@ fn of_guilty(
     Finding::new(kind, vec![feature], vec![words], scenes)
 }
 
-/// The features whose scenes are exactly those that crash, do not end, or take too much memory.
+/// The features whose scenes are exactly those that crash, report an error, do not end, or take too much memory.
 fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
     let of = |symptom: Symptom| -> Vec<Finding> {
         let failing: Vec<&Marked<'_>> = scenes
@@ -544,7 +567,7 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
         let finding = |guilty| of_guilty(FindingKind::Ends(symptom), guilty, &failing);
         found.into_iter().map(finding).collect()
     };
-    [Symptom::Crash, Symptom::TimeOut, Symptom::Memory].into_iter().flat_map(of).collect()
+    Symptom::ALL.into_iter().filter(|symptom| *symptom != Symptom::Wrong).flat_map(of).collect()
 }
 
 /// What the program says that it lacks, one finding for each name.

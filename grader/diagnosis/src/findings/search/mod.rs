@@ -25,6 +25,7 @@ use super::evidence::{Agreement, Marked};
 use super::form::Kind;
 use super::judged::Outcome;
 use super::thresholds::Thresholds;
+use super::trace::is_large;
 use residuals::{pairs_of, survivors, with_rules};
 use weigh::Weighed;
 
@@ -106,6 +107,10 @@ pub(super) fn causes<'a>(scenes: &[Marked<'a>], limits: &'a Thresholds) -> Assig
         }
         best = other;
     }
+    for scene in &mut best.scenes {
+        scene.is_set_aside = false;
+    }
+    best.explain_more();
     best.drop_all(Search::is_unlikely);
     let Search { scenes, found: mut causes, .. } = best;
     for cause in &mut causes {
@@ -139,9 +144,13 @@ impl<'a> Search<'a> {
         time_steps.extend(scenes.iter().map(|scene| scene.scene.time_step));
         time_steps.sort_by(f64::total_cmp);
         time_steps.dedup();
+        let mut scenes = scenes.to_vec();
+        for scene in &mut scenes {
+            scene.is_set_aside = is_large(&scene.scene);
+        }
         Self {
             limits,
-            scenes: scenes.to_vec(),
+            scenes,
             found: Vec::new(),
             excluded: Vec::new(),
             tried: HashMap::new(),

@@ -337,7 +337,8 @@ impl Search<'_> {
         let mut weighed = Weighed { changes, explained: BTreeSet::new(), unexplained: 0, open: 0 };
         let concerned = self.scenes.iter().enumerate().filter(|(_, scene)| {
             let acts = weighed.changes.iter().any(|change| change.acts_in(&scene.scene));
-            acts && !scene.evidence.is_empty() && (scene.passed || scene.is_suspect())
+            let is_compared = !scene.is_set_aside && (scene.passed || scene.is_suspect());
+            acts && !scene.evidence.is_empty() && is_compared
         });
         let concerned: Vec<(usize, &Marked<'_>)> = concerned.collect();
         let (stride, samples) = match is_probe {

@@ -1,0 +1,281 @@
+//! Undoes a fault of the output in all traces, so that the steps in them can be examined for other mistakes.
+//!
+//! A fault is undone only where that makes traces right: in some scenes every step is right then, from the scene's own
+//! initial state on. In the others, what is wrong then is another mistake.
+
+use rayon::prelude::*;
+use scene::Scene;
+use scene::trace::State;
+
+use super::FEW;
+use super::evidence::Marked;
+use super::form::{Kind, SAME, largest, same};
+use super::judged::{JudgedScene, Outcome};
+use crate::steps::{self, Evidence};
+
+/// Orders of the numbers that are tried: more than one where scenes hardly tell them apart.
+const MOST: usize = 4;
+
+/// What turns the states of a trace into those of the program's steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Undo {
+    /// Numbers written in one order and read in another.
+    Order {
+        written: Layout,
+        read: Layout,
+    },
+    Negated,
+    /// Each state is that of the step before.
+    Late,
+    /// The velocities are those of the step before.
+    VelocitiesLate,
+    /// Positions and velocities of the first state, in the place of the scene's.
+    Start,
+}
+
+/// An order of the numbers of a state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Layout {
+    /// What is counted, the slowest first: position or velocity, particle, axis.
+    loops: [usize; 3],
+    velocities_first: bool,
+    /// Whether the axes of positions, of velocities, count down.
+    axes_down: [bool; 2],
+    particles_down: bool,
+}
+
+/// Orders of three loops.
+const LOOPS: [[usize; 3]; 6] = [[1, 0, 2], [0, 1, 2], [0, 2, 1], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+
+impl Layout {
+    /// The orders in which traces are read: a row of CSV, a record of FOSSSim's binary format.
+    const READ: [Self; 2] = [Self::plain(LOOPS[0]), Self::plain(LOOPS[1])];
+
+    const fn plain(loops: [usize; 3]) -> Self {
+        Self { loops, velocities_first: false, axes_down: [false; 2], particles_down: false }
+    }
+
+    fn all() -> impl Iterator<Item = Self> {
+        let flags = (0..16_u8).map(|bits| [1, 2, 4, 8].map(|bit| bits & bit != 0));
+        flags.flat_map(|[velocities_first, x_down, v_down, particles_down]| {
+            LOOPS.map(|loops| Self {
+                loops,
+                velocities_first,
+                axes_down: [x_down, v_down],
+                particles_down,
+            })
+        })
+    }
+
+    /// The place of each number, counted as all positions, then all velocities.
+    fn places(self, particles: usize, axes: usize) -> Vec<usize> {
+        let sizes = [2, particles, axes];
+        let all = (0..2).flat_map(|kind| {
+            (0..particles)
+                .flat_map(move |particle| (0..axes).map(move |axis| [kind, particle, axis]))
+        });
+        let place = |[kind, particle, axis]: [usize; 3]| {
+            let down = |is_down: bool, number: usize, size: usize| match is_down {
+                true => size - 1 - number,
+                false => number,
+            };
+            let counts = [
+                down(self.velocities_first, kind, 2),
+                down(self.particles_down, particle, particles),
+                down(self.axes_down[kind], axis, axes),
+            ];
+            self.loops.iter().fold(0, |place, &one| place * sizes[one] + counts[one])
+        };
+        all.map(place).collect()
+    }
+}
+
+impl Undo {
+    /// What may undo a fault of this kind.
+    fn of(kind: &Kind) -> Vec<Self> {
+        match kind {
+            Kind::Order => {
+                let orders = Layout::all()
+                    .flat_map(|written| Layout::READ.map(|read| Self::Order { written, read }));
+                orders.collect()
+            }
+            Kind::Negated => vec![Self::Negated],
+            Kind::Late => vec![Self::Late],
+            Kind::VelocitiesLate => vec![Self::VelocitiesLate],
+            Kind::InitialVelocity | Kind::FixedStopped | Kind::InitialState => vec![Self::Start],
+            _ => Vec::new(),
+        }
+    }
+
+    /// The scene that the program stepped, and its states; `None` where too few are left.
+    fn undone(self, judged: &JudgedScene<'_>) -> Option<(Scene, Vec<State>)> {
+        let first = judged.states.first()?;
+        let mut scene = judged.scene.clone();
+        let mut states = judged.states.to_vec();
+        let (particles, axes) = (scene.particles.len(), scene.dimension.count());
+        match self {
+            Self::Order { written, read } => {
+                let [written, read] = [written, read].map(|one| one.places(particles, axes));
+                states.iter_mut().for_each(|state| *state = ordered(state, &written, &read));
+            }
+            Self::Negated => {
+                let numbers = states
+                    .iter_mut()
+                    .flat_map(|state| state.positions.iter_mut().chain(&mut state.velocities));
+                numbers.for_each(|value| *value = -*value);
+            }
+            Self::Late => drop(states.drain(..1)),
+            Self::VelocitiesLate => {
+                for number in 1..states.len() {
+                    states[number - 1].velocities = states[number].velocities.clone();
+                }
+                states.pop();
+            }
+            Self::Start => {
+                for (number, particle) in scene.particles.iter_mut().enumerate() {
+                    let of = number * axes..(number + 1) * axes;
+                    particle.position[..axes].copy_from_slice(&first.positions[of.clone()]);
+                    particle.velocity[..axes].copy_from_slice(&first.velocities[of]);
+                }
+            }
+        }
+        (states.len() > 1).then_some((scene, states))
+    }
+}
+
+/// The numbers of a state, each from the place where it was written.
+fn ordered(state: &State, written: &[usize], read: &[usize]) -> State {
+    let numbers = [state.positions.as_slice(), &state.velocities].concat();
+    let mut file = vec![0.0; numbers.len()];
+    for (number, place) in numbers.iter().zip(read) {
+        file[*place] = *number;
+    }
+    let right: Vec<f64> = written.iter().map(|place| file[*place]).collect();
+    let (positions, velocities) = right.split_at(state.positions.len());
+    State { time: state.time, positions: positions.to_vec(), velocities: velocities.to_vec() }
+}
+
+/// A scene whose trace is put right.
+pub(super) struct Restored {
+    /// Its number.
+    pub(super) number: usize,
+    scene: Scene,
+    states: Vec<State>,
+    envelope: Vec<[f64; 2]>,
+    /// Whether every step is right then, up to the rounding of numbers that the program computes from others.
+    pub(super) is_right: bool,
+}
+
+impl Restored {
+    /// The scene that was stepped, with the states of its steps.
+    pub(super) fn judged<'a>(&'a self, of: &JudgedScene<'a>) -> JudgedScene<'a> {
+        JudgedScene {
+            name: of.name,
+            scene: &self.scene,
+            is_required: of.is_required,
+            outcome: Outcome::Differs,
+            first_wrong: None,
+            largest: of.largest,
+            has_positions_alone: of.has_positions_alone,
+            has_other_root: of.has_other_root,
+            envelope: self.envelope.clone(),
+            states: &self.states,
+        }
+    }
+}
+
+/// Whether a state is the scene's initial one, up to the order of operations.
+fn is_start(scene: &Scene, state: &State) -> bool {
+    same(&state.positions, &scene.positions()) && same(&state.velocities, &scene.velocities())
+}
+
+/// Whether a step is off by no more than differences of positions, in the place of velocities, are.
+fn is_near(Evidence { sample, defect, .. }: &Evidence) -> bool {
+    let sizes = [&sample.after.positions, &sample.after.velocities].map(|all| largest(all));
+    (0..2).all(|kind| defect[kind] <= SAME * sizes[kind])
+}
+
+/// The wrong scenes without a fault of the output, if undoing one makes the steps of some right; otherwise none.
+pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<Restored> {
+    let kind_of = |scene: &Marked<'_>| match scene.kind.clone() {
+        Some(Kind::OrderOpen) => Some(Kind::Order),
+        kind => kind,
+    };
+    let kinds: Vec<Option<Kind>> = scenes.iter().map(kind_of).collect();
+    let count = |kind: &&Kind| kinds.iter().flatten().filter(|other| other == kind).count();
+    let known = kinds.iter().flatten().filter(|kind| !Undo::of(kind).is_empty());
+    let Some(kind) = known.max_by_key(count) else { return Vec::new() };
+    let is_of_kind = |scene: &Marked<'_>| kind_of(scene).as_ref() == Some(kind);
+    let starts_right = |undo: &Undo| {
+        scenes.iter().filter(|scene| is_of_kind(scene)).all(|scene| {
+            let judged = scene.judged;
+            undo.undone(judged).is_none_or(|(stepped, states)| is_start(&stepped, &states[0]))
+        })
+    };
+    // A trace that starts as the scene does, and not without the fault, is free of it: others may be.
+    let is_everywhere = |undo: Undo| {
+        undo != Undo::Start
+            && scenes.iter().filter(|scene| !is_of_kind(scene)).all(|scene| {
+                let judged = scene.judged;
+                let is_free = |(stepped, states): (Scene, Vec<State>)| {
+                    is_start(judged.scene, &judged.states[0]) && !is_start(&stepped, &states[0])
+                };
+                !undo.undone(judged).is_some_and(is_free)
+            })
+    };
+    let restore = |undo: Undo| -> Vec<Restored> {
+        let is_everywhere = is_everywhere(undo);
+        let of = |(number, scene): (usize, &Marked<'_>)| {
+            let judged = scene.judged;
+            let is_faulty = is_of_kind(scene) || is_everywhere && scene.kind == Some(Kind::Wrong);
+            let (stepped, states) = undo.undone(judged).filter(|_| is_faulty)?;
+            let (steps, evidence) = steps::examine(&stepped, &states);
+            let is_right = steps.total > 0
+                && is_start(&stepped, &states[0])
+                && evidence.iter().all(|one| !one.is_wrong() || is_near(one));
+            let envelope = judged.envelope.iter().skip(usize::from(undo == Undo::Late));
+            let envelope = envelope.copied().collect();
+            Some(Restored { number, scene: stepped, states, envelope, is_right })
+        };
+        scenes.par_iter().enumerate().filter_map(of).collect()
+    };
+    let n_right = |all: &[Restored]| all.iter().filter(|one| one.is_right).count();
+    let possible = Undo::of(kind).into_iter().filter(starts_right).take(MOST).map(restore);
+    let best = possible.reduce(|best, one| if n_right(&one) > n_right(&best) { one } else { best });
+    best.filter(|best| n_right(best) >= FEW).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The numbers of three particles in the plane: positions from 1 on, velocities from 7 on.
+    fn state() -> State {
+        let numbers = |from: i32| (from..from + 6).map(f64::from).collect();
+        State { time: None, positions: numbers(1), velocities: numbers(7) }
+    }
+
+    #[test]
+    fn an_order_undoes_what_another_order_did() {
+        let restores = |row: [i32; 12], read: Layout| {
+            // The state that a reader makes of the numbers in the file.
+            let places = read.places(3, 2);
+            let numbers: Vec<f64> = places.iter().map(|place| f64::from(row[*place])).collect();
+            let (positions, velocities) = numbers.split_at(6);
+            let (positions, velocities) = (positions.to_vec(), velocities.to_vec());
+            let got = State { time: None, positions, velocities };
+            let undoes = |written: Layout| {
+                ordered(&got, &written.places(3, 2), &read.places(3, 2)) == state()
+            };
+            Layout::all().any(undoes)
+        };
+        let [csv, binary] = Layout::READ;
+        assert!(restores([1, 2, 8, 7, 3, 4, 10, 9, 5, 6, 12, 11], csv), "vx and vy exchanged");
+        assert!(restores([1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12], csv), "all positions first");
+        assert!(restores([1, 2, 7, 8, 3, 4, 9, 10, 5, 6, 11, 12], binary), "by particles");
+        assert!(restores([7, 8, 9, 10, 11, 12, 1, 2, 3, 4, 5, 6], binary), "velocities first");
+        assert!(restores([5, 6, 11, 12, 3, 4, 9, 10, 1, 2, 7, 8], csv), "particles in reverse");
+        assert!(restores([1, 3, 5, 2, 4, 6, 7, 9, 11, 8, 10, 12], binary), "by axes");
+        assert!(!restores([2, 1, 7, 8, 3, 4, 9, 10, 5, 6, 11, 12], csv), "one particle alone");
+    }
+}

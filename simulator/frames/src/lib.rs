@@ -8,7 +8,7 @@
 //! the normal n has the share AMBIENT + (1 − AMBIENT) |n·L| of its colour (Lambert). Between vertices, the light is
 //! interpolated (Gouraud). Faces cover the vertices and edges in them.
 //!
-//! On request, the triangles of elastic bodies are filled, coloured by [`strain`]; they cover the vertices and edges in
+//! On request, the triangles of elastic bodies are filled, coloured by strain; they cover the vertices and edges in
 //! them.
 //!
 //! A trail (`<particlepath>`) fades over its duration. Memory is bounded: a trail keeps at most 2,000 points.

@@ -101,7 +101,12 @@ impl<'a> Factors<'a> {
         if parameter.is_length {
             significant(size * self.scaled(name, value, LENGTH))
         } else {
-            self.value(name, value)
+            let drawn = self.value(name, value);
+            // Near a bound of what it may be: away from it, by less.
+            match parameter.domain.contains(drawn) {
+                true => drawn,
+                false => significant(value * (value / drawn).sqrt()),
+            }
         }
     }
 }

@@ -508,6 +508,7 @@ pub(crate) fn forces(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         force.set_item("particles", schema.stencil.attributes())?;
         force.set_item("size", schema.stencil.size())?;
         force.set_item("field", schema.stencil.is_field())?;
+        force.set_item("least_dimension", schema.least_dimension.count())?;
         let parameters = schema.parameters.iter().map(|parameter| {
             let of = PyDict::new(py);
             of.set_item("name", parameter.name)?;

@@ -108,7 +108,7 @@ def test_forces_of_one_particle_and_between_masses():
 def test_every_kind_can_be_asked_for():
     for of in so.forces():
         zero = lambda x, v, p: np.zeros(x.size)
-        assert "force" in so.check_force(zero, kind=of["kind"], states=2).wrong, of["kind"]
+        assert "force" in so.check_force(zero, kind=of["kind"], dimension=of["least_dimension"], states=2).wrong, of["kind"]
     with pytest.raises(so.SceneError, match="did you mean .springforce"):
         so.check_force(zero, kind="sprinforce")
 

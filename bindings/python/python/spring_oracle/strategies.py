@@ -33,7 +33,7 @@ def scenes(
         position = [base + offset for base, offset in zip(place, draw(offsets))]
         scene.particle(position, draw(speeds), mass=draw(st.floats(0.25, 4)), fixed=draw(st.integers(0, 3)) == 0)
     particles = len(scene.masses)
-    usable = [of for of in kinds if of["field"] or of["size"] <= particles]
+    usable = [of for of in kinds if of["least_dimension"] <= axes and (of["field"] or of["size"] <= particles)]
     for _ in range(draw(st.integers(0, max_forces)) if usable else 0):
         kind = draw(st.sampled_from(usable))
         chosen = draw(st.permutations(range(particles)))[: kind["size"]]

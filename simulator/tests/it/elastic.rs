@@ -326,8 +326,8 @@ fn assert_falls(
     }
 }
 
-/// At the exceptions, the force has no direction: a flat triangle in space has two sides that it may open to, and the nearest
-/// rotation to `F = 0` is none.
+/// At the exceptions, the force has no direction: a flat triangle in space has two sides that it may open to, and no
+/// rotation is nearest to `F = 0`.
 #[test]
 fn implicit_steps_converge_from_inverted_crushed_and_flat_starts() {
     for (tag, _) in MATERIALS {
@@ -348,7 +348,7 @@ fn implicit_steps_converge_from_inverted_crushed_and_flat_starts() {
 
 const SOLIDS: [&str; 3] = ["stvktetrahedron", "corotatedtetrahedron", "neohookeantetrahedron"];
 
-/// The nearest rotation to an `F` of rank 1 or 0 is none.
+/// No one rotation is nearest to an `F` of rank 1 or 0.
 #[test]
 fn implicit_steps_of_solids_converge_from_inverted_crushed_and_flat_starts() {
     for tag in SOLIDS {

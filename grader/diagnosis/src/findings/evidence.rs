@@ -103,6 +103,24 @@ impl<'a> SceneEvidence<'a> {
         scene
     }
 
+    /// A wrong scene whose steps are examined already.
+    pub(super) fn of_steps(
+        judged: &'a JudgedScene<'a>,
+        (steps, evidence): (WrongSteps, Vec<Evidence>),
+        limits: &'a Thresholds,
+    ) -> Self {
+        Self {
+            judged,
+            scene: stripped(judged.scene),
+            passed: false,
+            kind: Some(Kind::Wrong),
+            steps,
+            evidence,
+            rounding: Rounding::of(judged.states).unit(),
+            limits,
+        }
+    }
+
     /// Whether Newton's method solves its steps.
     pub(super) fn is_newton(&self) -> bool {
         matches!(self.scene.integrator.convergence, Convergence::Update(_))

@@ -47,6 +47,7 @@ pub use feature::{Family, Feature, Part, Symptom};
 pub use finding::{Finding, FindingKind, Progress};
 use form::Kind;
 pub use judged::{ContextRow, Diagnosis, FirstWrong, Found, JudgedScene, Outcome, Restarts};
+use restore::Restored;
 use scope::Failing;
 use search::{Assignment, Cause};
 use shared::Shared;
@@ -122,21 +123,25 @@ impl Findings {
             return (Self::default(), vec![Found::default(); judged.len()]);
         }
         let mut list = outputs(&mut scenes);
-        let restored = restore::all(&scenes);
+        let (restored, examined): (Vec<Restored>, Vec<_>) =
+            restore::all(&scenes).into_iter().unzip();
         let rejudged = restored.iter().map(|one| one.judged(&judged[one.number]));
         let rejudged: Vec<JudgedScene<'_>> = rejudged.collect();
-        let shown = rejudged.par_iter().map(|judged| SceneEvidence::of(judged, limits));
+        let shown = rejudged.iter().zip(examined);
+        let shown = shown.map(|(judged, steps)| SceneEvidence::of_steps(judged, steps, limits));
         let shown: Vec<SceneEvidence<'_>> = shown.collect();
         for (one, shown) in restored.iter().zip(&shown) {
             scenes[one.number] = Marked::new(shown);
             scenes[one.number].explained = one.is_right;
         }
-        let is_of_output = |finding: &&mut Finding| finding.kind == FindingKind::Output;
-        if let Some(finding) = list.iter_mut().find(is_of_output) {
-            let is_new = |name: &&str| !finding.scenes.iter().any(|known| known == name);
-            let more = restored.iter().map(|one| judged[one.number].name).filter(is_new);
-            let more: Vec<String> = more.map(str::to_owned).collect();
-            finding.scenes.extend(more);
+        for one in &restored {
+            let name = judged[one.number].name;
+            let fault = list.iter_mut().find(|finding| finding.features.contains(&one.feature));
+            if let Some(fault) =
+                fault.filter(|fault| !fault.scenes.iter().any(|known| known == name))
+            {
+                fault.scenes.push(name.to_owned());
+            }
         }
         let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
         let other_roots = other_roots(&mut scenes, &roots);

@@ -9,9 +9,10 @@ use scene::trace::State;
 
 use super::FEW;
 use super::evidence::Marked;
+use super::feature::Feature;
 use super::form::{Kind, SAME, largest, same};
 use super::judged::{JudgedScene, Outcome};
-use crate::steps::{self, Evidence};
+use crate::steps::{self, Evidence, WrongSteps};
 
 /// Orders of the numbers that are tried: more than one where scenes hardly tell them apart.
 const MOST: usize = 4;
@@ -107,11 +108,11 @@ impl Undo {
         }
     }
 
-    /// The scene that the program stepped, and its states; `None` where too few are left.
-    fn undone(self, judged: &JudgedScene<'_>) -> Option<(Scene, Vec<State>)> {
-        let first = judged.states.first()?;
-        let mut scene = judged.scene.clone();
-        let mut states = judged.states.to_vec();
+    /// The scene that the program stepped, and its states; `None` where there is no step.
+    fn undone(self, scene: &Scene, states: &[State]) -> Option<(Scene, Vec<State>)> {
+        let [first, _, ..] = states else { return None };
+        let mut scene = scene.clone();
+        let mut states = states.to_vec();
         let (particles, axes) = (scene.particles.len(), scene.dimension.count());
         match self {
             Self::Order { written, read } => {
@@ -139,7 +140,14 @@ impl Undo {
                 }
             }
         }
-        (states.len() > 1).then_some((scene, states))
+        Some((scene, states))
+    }
+
+    /// Whether the first state is that of the scene then; true where there is no step.
+    fn starts_right(self, judged: &JudgedScene<'_>) -> bool {
+        let first_two = &judged.states[..judged.states.len().min(2)];
+        let undone = self.undone(judged.scene, first_two);
+        undone.is_none_or(|(stepped, states)| is_start(&stepped, &states[0]))
     }
 }
 
@@ -159,6 +167,8 @@ fn ordered(state: &State, written: &[usize], read: &[usize]) -> State {
 pub(super) struct Restored {
     /// Its number.
     pub(super) number: usize,
+    /// Where the fault is that is undone.
+    pub(super) feature: Feature,
     scene: Scene,
     states: Vec<State>,
     envelope: Vec<[f64; 2]>,
@@ -195,8 +205,12 @@ fn is_near(Evidence { sample, defect, .. }: &Evidence) -> bool {
     (0..2).all(|kind| defect[kind] <= SAME * sizes[kind])
 }
 
-/// The wrong scenes without a fault of the output, if undoing one makes the steps of some right; otherwise none.
-pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<Restored> {
+/// The steps of a scene.
+type Examined = (WrongSteps, Vec<Evidence>);
+
+/// The wrong scenes without a fault of the output, and their steps, if undoing it makes the steps of some right; otherwise
+/// none.
+pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
     let kind_of = |scene: &Marked<'_>| match scene.kind.clone() {
         Some(Kind::OrderOpen) => Some(Kind::Order),
         kind => kind,
@@ -206,40 +220,40 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<Restored> {
     let known = kinds.iter().flatten().filter(|kind| !Undo::of(kind).is_empty());
     let Some(kind) = known.max_by_key(count) else { return Vec::new() };
     let is_of_kind = |scene: &Marked<'_>| kind_of(scene).as_ref() == Some(kind);
+    let Some(feature) = kind.feature() else { return Vec::new() };
     let starts_right = |undo: &Undo| {
-        scenes.iter().filter(|scene| is_of_kind(scene)).all(|scene| {
-            let judged = scene.judged;
-            undo.undone(judged).is_none_or(|(stepped, states)| is_start(&stepped, &states[0]))
-        })
+        let mut faulty = scenes.iter().filter(|scene| is_of_kind(scene));
+        faulty.all(|scene| undo.starts_right(scene.judged))
     };
     // A trace that starts as the scene does, and not without the fault, is free of it: others may be.
     let is_everywhere = |undo: Undo| {
         undo != Undo::Start
             && scenes.iter().filter(|scene| !is_of_kind(scene)).all(|scene| {
                 let judged = scene.judged;
-                let is_free = |(stepped, states): (Scene, Vec<State>)| {
-                    is_start(judged.scene, &judged.states[0]) && !is_start(&stepped, &states[0])
-                };
-                !undo.undone(judged).is_some_and(is_free)
+                let first = judged.states.first();
+                let is_start = first.is_some_and(|first| is_start(judged.scene, first));
+                !is_start || undo.starts_right(judged)
             })
     };
-    let restore = |undo: Undo| -> Vec<Restored> {
+    let restore = |undo: Undo| -> Vec<(Restored, Examined)> {
         let is_everywhere = is_everywhere(undo);
         let of = |(number, scene): (usize, &Marked<'_>)| {
             let judged = scene.judged;
             let is_faulty = is_of_kind(scene) || is_everywhere && scene.kind == Some(Kind::Wrong);
-            let (stepped, states) = undo.undone(judged).filter(|_| is_faulty)?;
-            let (steps, evidence) = steps::examine(&stepped, &states);
+            let undone = undo.undone(judged.scene, judged.states);
+            let (scene, states) = undone.filter(|(_, states)| is_faulty && states.len() > 1)?;
+            let (steps, evidence) = steps::examine(&scene, &states);
             let is_right = steps.total > 0
-                && is_start(&stepped, &states[0])
+                && is_start(&scene, &states[0])
                 && evidence.iter().all(|one| !one.is_wrong() || is_near(one));
             let envelope = judged.envelope.iter().skip(usize::from(undo == Undo::Late));
             let envelope = envelope.copied().collect();
-            Some(Restored { number, scene: stepped, states, envelope, is_right })
+            let restored = Restored { number, feature, scene, states, envelope, is_right };
+            Some((restored, (steps, evidence)))
         };
         scenes.par_iter().enumerate().filter_map(of).collect()
     };
-    let n_right = |all: &[Restored]| all.iter().filter(|one| one.is_right).count();
+    let n_right = |all: &[(Restored, Examined)]| all.iter().filter(|one| one.0.is_right).count();
     let possible = Undo::of(kind).into_iter().filter(starts_right).take(MOST).map(restore);
     let best = possible.reduce(|best, one| if n_right(&one) > n_right(&best) { one } else { best });
     best.filter(|best| n_right(best) >= FEW).unwrap_or_default()

@@ -1,10 +1,9 @@
 //! Which traces are kept as evidence.
 
-use crate::change::rounds::is_of_rounds;
-
 use scene::Scene;
-
 use scene::schema::Matrix;
+
+use crate::change::rounds::is_of_rounds;
 
 /// Maximum count of numbers that are recorded for a scene.
 const MAX_NUMBERS: u64 = 200_000;

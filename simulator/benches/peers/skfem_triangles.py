@@ -10,37 +10,18 @@ clock starts. Prints the Frobenius norm of the matrix, divided by the modulus, a
     pip install scikit-fem
     skfem_triangles.py SEGMENTS TIME_STEP STEPS MODULUS
 """
-import argparse
 import time
 
 import numpy as np
 from skfem import Basis, BilinearForm, ElementTriP1, ElementVector, MeshTri
 from skfem.helpers import ddot, eye, grad, mul, trace, transpose
 
-NU, STRETCH = 0.3, 1.1
-
-
-def mesh(n):
-    """Places of the particles, and corners of the triangles."""
-    row, column = [axis.ravel() for axis in np.divmod(np.arange((n + 1) ** 2), n + 1)]
-    places = np.stack([column / n, row / n], axis=1)
-    row, column = np.divmod(np.arange(n * n), n)
-    a = row * (n + 1) + column
-    b, c, d = a + 1, a + n + 1, a + n + 2
-    even = ((row + column) % 2 == 0)[:, None]
-    first = np.where(even, np.stack([a, b, d], axis=1), np.stack([a, b, c], axis=1))
-    second = np.where(even, np.stack([a, d, c], axis=1), np.stack([b, d, c], axis=1))
-    return places, np.stack([first, second], axis=1).reshape(-1, 3)
+from sheet import STRETCH, arguments, lame, mesh
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("segments", type=int)
-    parser.add_argument("time_step", type=float)
-    parser.add_argument("steps", type=int)
-    parser.add_argument("modulus", type=float)
-    options = parser.parse_args()
-    mu, lam = options.modulus / (2 * (1 + NU)), options.modulus * NU / (1 - NU * NU)
+    options = arguments(__doc__)
+    mu, lam = lame(options.modulus)
     places, triangles = mesh(options.segments)
     basis = Basis(MeshTri(places.T, triangles.T), ElementVector(ElementTriP1()), intorder=1)
 

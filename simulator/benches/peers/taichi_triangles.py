@@ -11,39 +11,22 @@ Kirchhoff's material. In double precision, as ours. The kernels are compiled bef
     pip install taichi
     taichi_triangles.py SEGMENTS TIME_STEP STEPS MODULUS
 """
-import argparse
 import time
 
 import numpy as np
 import taichi as ti
 
+from sheet import STRETCH, arguments, lame, mesh
+
 ti.init(arch=ti.cpu, default_fp=ti.f64, log_level=ti.ERROR)
 
-NU, DENSITY, STRETCH = 0.3, 1000.0, 1.1
-
-
-def mesh(n):
-    """Places of the particles, and corners of the triangles."""
-    row, column = [axis.ravel() for axis in np.divmod(np.arange((n + 1) ** 2), n + 1)]
-    places = np.stack([column / n, row / n], axis=1)
-    row, column = np.divmod(np.arange(n * n), n)
-    a = row * (n + 1) + column
-    b, c, d = a + 1, a + n + 1, a + n + 2
-    even = ((row + column) % 2 == 0)[:, None]
-    first = np.where(even, np.stack([a, b, d], axis=1), np.stack([a, b, c], axis=1))
-    second = np.where(even, np.stack([a, d, c], axis=1), np.stack([b, d, c], axis=1))
-    return places, np.stack([first, second], axis=1).reshape(-1, 3)
+DENSITY = 1000.0
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("segments", type=int)
-    parser.add_argument("time_step", type=float)
-    parser.add_argument("steps", type=int)
-    parser.add_argument("modulus", type=float)
-    options = parser.parse_args()
+    options = arguments(__doc__)
     h = options.time_step
-    mu, lam = options.modulus / (2 * (1 + NU)), options.modulus * NU / (1 - NU * NU)
+    mu, lam = lame(options.modulus)
     places, triangles = mesh(options.segments)
     corners = places[triangles]
     sides = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)

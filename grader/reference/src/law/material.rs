@@ -156,6 +156,11 @@ fn sizes(p: &[f64], at: &[At<'_, f64>]) -> Sizes {
 
 fn st_venant_kirchhoff_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
     let Sizes { stiffness, weight, stretch, .. } = sizes(p, at);
+    quadratic_strain_scale(stiffness, weight, stretch)
+}
+
+/// That of an energy quadratic in a strain that is quadratic in `F`.
+pub(super) fn quadratic_strain_scale(stiffness: f64, weight: f64, stretch: f64) -> Scale {
     let strain = 1.0 + stretch * stretch;
     Scale {
         energy: stiffness * strain * strain,

@@ -15,6 +15,7 @@
 //!
 //! Sources: Sifakis and Barbič (2012), sections 3.3 and 3.4; Smith, de Goes and Kim (2018), sections 3.3 and 3.4.
 
+use super::material::quadratic_strain_scale;
 use super::stencil::{cross, forces_of};
 use super::{At, Law, Number, Scale, Symmetry, Vector, difference, dot, named};
 
@@ -245,13 +246,7 @@ fn sizes(p: &[f64], at: &[At<'_, f64>]) -> Sizes {
 
 fn st_venant_kirchhoff_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
     let Sizes { stiffness, weight, stretch, .. } = sizes(p, at);
-    let strain = 1.0 + stretch * stretch;
-    Scale {
-        energy: stiffness * strain * strain,
-        force: 2.0 * stiffness * weight * strain * stretch,
-        by_position: 6.0 * stiffness * weight * weight * strain,
-        by_velocity: 0.0,
-    }
+    quadratic_strain_scale(stiffness, weight, stretch)
 }
 
 fn corotated_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {

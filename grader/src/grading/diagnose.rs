@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use diagnosis::findings::{self, Findings, JudgedScene, Outcome, Thresholds};
 use sandbox::NotKept;
+use scene::trace::TraceFault;
 
 use super::judge::Judged;
 use super::refusal::{says_something, says_why};
@@ -92,6 +93,10 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         {
             Outcome::OtherTimes(*found)
         }
+        Failure::Malformed {
+            fault: FormFault::Content(TraceFault::StepOrder { expected: 0, found }),
+            ..
+        } if found == "1" => Outcome::StartsAtOne,
         Failure::Malformed { fault, .. } => Outcome::Malformed(fault.to_string()),
         Failure::NotFinite { place, .. } => Outcome::NotFinite(place.step),
         Failure::TooShort { states, expected } => {

@@ -9,9 +9,9 @@ use grader::rubric::Rubric;
 use grader::submission::StateSource;
 use grader::suite::assignment::Assignment;
 use grader::suite::{Case, NoTrace};
-use grader::verdict::{Failure, Verdict};
+use grader::verdict::{Failure, FormFault, Verdict};
 use scene::Scene;
-use scene::trace::State;
+use scene::trace::{State, TraceFault};
 use test_support::{root, sample, suite};
 
 /// Scenes of more particles are left out: a model solves dense systems.
@@ -57,6 +57,14 @@ fn findings_in(
     is_kept: impl Fn(&str) -> bool,
     program: impl Fn(&Scene) -> Vec<State> + Sync,
 ) -> Vec<Finding> {
+    findings_on(is_kept, |scene| Box::new(States(program(scene).into_iter())))
+}
+
+/// The findings on these traces, in the scenes with these names.
+fn findings_on(
+    is_kept: impl Fn(&str) -> bool,
+    trace: impl Fn(&Scene) -> Box<dyn StateSource> + Sync,
+) -> Vec<Finding> {
     let folder = root().join("assets");
     let mut assignment =
         Assignment::load(&folder.join("assignments"), "t1m3").expect("an assignment");
@@ -72,8 +80,7 @@ fn findings_in(
                 let missing = NoTrace::Missing { stem: (&case.id).into(), other_case: None };
                 return Err(Verdict::Fail(Failure::NoTrace(missing)));
             }
-            let states = program(&case.scene);
-            Ok(Box::new(States(states.into_iter())) as Box<dyn StateSource>)
+            Ok(trace(&case.scene))
         })
     });
     grading.findings.list
@@ -390,6 +397,32 @@ fn single_precision_input_is_distinguished_from_rounded_output() {
 }
 
 #[test]
+fn a_mistake_beside_a_missing_initial_state_is_named() {
+    let change = candidate("gravitationalforce lacks the factor m_i");
+    let without = |mut states: Vec<State>| states.split_off(1);
+    let found = findings(std::slice::from_ref(&change), without);
+    let sentences: Vec<String> = found.iter().map(Finding::sentence).collect();
+    assert_eq!(sentences, ["the output: the initial state is missing", &*change.words]);
+}
+
+/// A trace whose first row has step 1.
+struct StartsAtOne;
+
+impl StateSource for StartsAtOne {
+    fn read(&mut self, _: &mut State) -> Result<bool, Failure> {
+        let fault = TraceFault::StepOrder { expected: 0, found: "1".to_owned() };
+        Err(Failure::Malformed { location: None, fault: FormFault::Content(fault) })
+    }
+}
+
+#[test]
+fn steps_from_one_on_are_not_just_malformed() {
+    let found = findings_on(|_| true, |_| Box::new(StartsAtOne));
+    let words = "the output: the initial state is missing, or steps are counted from 1";
+    assert_eq!(found[0].sentence(), words);
+}
+
+#[test]
 fn a_mistake_beside_numbers_of_seven_digits_is_named() {
     let rounded = |mut states: Vec<State>| {
         for State { positions, velocities, .. } in &mut states {
@@ -581,4 +614,22 @@ fn times_that_count_by_one_step_in_all_scenes_are_a_constant_dt() {
         states
     });
     assert_eq!(found[0].sentence(), "dt is always taken as 0.01");
+}
+
+#[test]
+fn a_time_step_of_some_scenes_alone_is_no_constant_dt() {
+    let has_drag = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == "dragdamping");
+    let found = findings_of(|scene| {
+        let mut seen = scene.clone();
+        if has_drag(scene) {
+            seen.time_step = 1.0;
+        }
+        let mut states = states(&seen, &[]);
+        for (number, state) in states.iter_mut().enumerate() {
+            state.time = Some(seen.time_step * number as f64);
+        }
+        states
+    });
+    let words = "reading the scene or the output: the times are not multiples of dt";
+    assert_eq!(found[0].sentence(), words);
 }

@@ -103,17 +103,18 @@ impl<'a> SceneEvidence<'a> {
         scene
     }
 
-    /// A wrong scene whose steps are examined already.
+    /// A scene whose steps are examined already; a wrong one unless it passed.
     pub(super) fn of_steps(
         judged: &'a JudgedScene<'a>,
         (steps, evidence): (WrongSteps, Vec<Evidence>),
         limits: &'a Thresholds,
     ) -> Self {
+        let passed = judged.outcome == Outcome::Passed;
         Self {
             judged,
             scene: stripped(judged.scene),
-            passed: false,
-            kind: Some(Kind::Wrong),
+            passed,
+            kind: (!passed).then_some(Kind::Wrong),
             steps,
             evidence,
             rounding: Rounding::of(judged.states).unit(),

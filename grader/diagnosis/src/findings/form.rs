@@ -46,6 +46,8 @@ pub(super) enum Kind {
     StateTooFew,
     Duration,
     InitialMissing,
+    /// The steps of the trace start at 1.
+    StartsAtOne,
     ByteOrder,
     Order,
     /// Right numbers in the wrong order from the reading of the scene on.
@@ -93,6 +95,7 @@ impl fmt::Display for Kind {
             Self::StateTooFew => "one too few",
             Self::Duration => "wrong duration or dt",
             Self::InitialMissing => "the initial state is missing",
+            Self::StartsAtOne => "the initial state is missing, or steps are counted from 1",
             Self::ByteOrder => "reversed byte order",
             Self::Order | Self::OrderOpen => "right numbers in the wrong order",
             Self::OrderRead => "the numbers of particles are in the wrong order",
@@ -140,6 +143,7 @@ impl Kind {
             | Self::InitialRounded
             | Self::OrderRead
             | Self::OrderOpen
+            | Self::Times
             | Self::TimeStep(_) => Feature::Reading,
             Self::FixedStopped => Feature::Fixed(Family::Any),
             Self::Digits(_) | Self::Decimals(_) | Self::Single => Feature::Precision,
@@ -148,12 +152,12 @@ impl Kind {
             | Self::Malformed
             | Self::NotFiniteAtLast
             | Self::InitialMissing
+            | Self::StartsAtOne
             | Self::ByteOrder
             | Self::Order
             | Self::InitialWritten
             | Self::Negated
             | Self::Zeros
-            | Self::Times
             | Self::Late
             | Self::VelocitiesLate
             | Self::SingleBytes => Feature::Output,
@@ -162,7 +166,8 @@ impl Kind {
 
     /// The feature at fault, or two where this kind of failure does not tell reading from writing.
     pub(super) fn features(&self) -> Vec<Feature> {
-        let second = matches!(self, Self::OrderOpen | Self::InitialOpen).then_some(Feature::Output);
+        let is_open = matches!(self, Self::OrderOpen | Self::InitialOpen | Self::Times);
+        let second = is_open.then_some(Feature::Output);
         self.feature().into_iter().chain(second).collect()
     }
 
@@ -220,6 +225,7 @@ impl Kind {
             Outcome::NoTrace => Self::NoTrace,
             Outcome::TooMuchOutput => Self::TooMuch,
             Outcome::Malformed(_) => in_numbers().unwrap_or(Self::Malformed),
+            Outcome::StartsAtOne => Self::StartsAtOne,
             Outcome::OtherTimes(step) => {
                 Self::TimeStep(format!("{:.9e}", step).parse::<f64>().unwrap_or(*step).to_string())
             }

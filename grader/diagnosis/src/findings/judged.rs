@@ -57,6 +57,8 @@ pub enum Outcome {
     TooMuchOutput,
     /// The trace is not in its format: what is wrong, in words.
     Malformed(String),
+    /// The step of the first row of the trace is 1, not 0.
+    StartsAtOne,
     /// The times of the trace count by this time step, which is not the scene's.
     OtherTimes(f64),
     /// The trace holds an infinity or a NaN in the state of this number.

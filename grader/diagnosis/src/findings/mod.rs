@@ -132,9 +132,9 @@ impl Findings {
         let shown: Vec<SceneEvidence<'_>> = shown.collect();
         for (one, shown) in restored.iter().zip(&shown) {
             scenes[one.number] = Marked::new(shown);
-            scenes[one.number].explained = one.is_right;
+            scenes[one.number].explained = one.is_right && !one.passed;
         }
-        for one in &restored {
+        for one in restored.iter().filter(|one| !one.passed) {
             let name = judged[one.number].name;
             let fault = list.iter_mut().find(|finding| finding.features.contains(&one.feature));
             if let Some(fault) =
@@ -380,10 +380,16 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
     // Times that count by the one time step are those of a constant dt.
     let (time_steps, mut kinds): (Vec<_>, Vec<_>) =
         kinds.into_iter().partition(|(kind, _)| is_time_step(kind));
+    // Nor is it constant where a scene of another one passed.
+    let is_refuted = |number: usize| {
+        let Outcome::OtherTimes(step) = scenes[number].judged.outcome else { return false };
+        let is_other = |scene: &Marked<'_>| (scene.scene.time_step - step).abs() > 1e-9 * step;
+        scenes.iter().any(|scene| scene.passed && is_other(scene))
+    };
     let is_constant = |numbers: &[usize]| {
         let mut steps = numbers.iter().map(|number| scenes[*number].scene.time_step);
         let first = steps.next();
-        steps.any(|step| Some(step) != first)
+        steps.any(|step| Some(step) != first) && !numbers.iter().any(|number| is_refuted(*number))
     };
     match time_steps.as_slice() {
         [(_, numbers)] if is_constant(numbers) => kinds.extend(time_steps),

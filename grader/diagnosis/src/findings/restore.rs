@@ -28,10 +28,16 @@ enum Undo {
     Negated,
     /// Each state is that of the step before.
     Late,
+    /// The scene's initial state is not written.
+    Missing,
     /// The velocities are those of the step before.
     VelocitiesLate,
     /// Positions and velocities of the first state, in the place of the scene's.
     Start,
+    /// The same, and masses in single precision; parameters of forces and the time step as well, if so.
+    Single {
+        everywhere: bool,
+    },
 }
 
 /// An order of the numbers of a state.
@@ -102,8 +108,13 @@ impl Undo {
             }
             Kind::Negated => vec![Self::Negated],
             Kind::Late => vec![Self::Late],
+            Kind::InitialMissing => vec![Self::Missing],
             Kind::VelocitiesLate => vec![Self::VelocitiesLate],
             Kind::InitialVelocity | Kind::FixedStopped | Kind::InitialState => vec![Self::Start],
+            Kind::InitialRounded => {
+                let single = [false, true].map(|everywhere| Self::Single { everywhere });
+                [Self::Start].into_iter().chain(single).collect()
+            }
             _ => Vec::new(),
         }
     }
@@ -126,17 +137,30 @@ impl Undo {
                 numbers.for_each(|value| *value = -*value);
             }
             Self::Late => drop(states.drain(..1)),
+            Self::Missing => {
+                let (positions, velocities) = (scene.positions(), scene.velocities());
+                states.insert(0, State { time: None, positions, velocities });
+            }
             Self::VelocitiesLate => {
                 for number in 1..states.len() {
                     states[number - 1].velocities = states[number].velocities.clone();
                 }
                 states.pop();
             }
-            Self::Start => {
+            Self::Start | Self::Single { .. } => {
                 for (number, particle) in scene.particles.iter_mut().enumerate() {
                     let of = number * axes..(number + 1) * axes;
                     particle.position[..axes].copy_from_slice(&first.positions[of.clone()]);
                     particle.velocity[..axes].copy_from_slice(&first.velocities[of]);
+                }
+                if let Self::Single { everywhere } = self {
+                    let single = |value: &mut f64| *value = f64::from(*value as f32);
+                    scene.particles.iter_mut().for_each(|particle| single(&mut particle.mass));
+                    if everywhere {
+                        let all = scene.forces.iter_mut().flat_map(|force| &mut force.parameters);
+                        all.for_each(single);
+                        single(&mut scene.time_step);
+                    }
                 }
             }
         }
@@ -172,6 +196,8 @@ pub(super) struct Restored {
     scene: Scene,
     states: Vec<State>,
     envelope: Vec<[f64; 2]>,
+    /// Whether it passed, whatever the fault.
+    pub(super) passed: bool,
     /// Whether every step is right then, up to the rounding of numbers that the program computes from others.
     pub(super) is_right: bool,
 }
@@ -183,7 +209,7 @@ impl Restored {
             name: of.name,
             scene: &self.scene,
             is_required: of.is_required,
-            outcome: Outcome::Differs,
+            outcome: if self.passed { Outcome::Passed } else { Outcome::Differs },
             first_wrong: None,
             largest: of.largest,
             has_positions_alone: of.has_positions_alone,
@@ -227,19 +253,32 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
     };
     // A trace that starts as the scene does, and not without the fault, is free of it: others may be.
     let is_everywhere = |undo: Undo| {
-        undo != Undo::Start
+        !matches!(undo, Undo::Start | Undo::Single { .. })
             && scenes.iter().filter(|scene| !is_of_kind(scene)).all(|scene| {
                 let judged = scene.judged;
                 let first = judged.states.first();
                 let is_start = first.is_some_and(|first| is_start(judged.scene, first));
-                !is_start || undo.starts_right(judged)
+                // One that starts so and moves has its initial state.
+                let moves = judged.states.windows(2).any(|pair| pair[0] != pair[1]);
+                let has_it = undo == Undo::Missing && moves;
+                !is_start || undo.starts_right(judged) && !has_it
             })
+    };
+    // With another mistake, the first state that is written is none of the oracle's.
+    let is_other = |kind: &Kind, undo: Undo| match kind {
+        Kind::InitialState | Kind::InitialOpen => undo == Undo::Missing,
+        kind => *kind == Kind::Wrong,
     };
     let restore = |undo: Undo| -> Vec<(Restored, Examined)> {
         let is_everywhere = is_everywhere(undo);
         let of = |(number, scene): (usize, &Marked<'_>)| {
             let judged = scene.judged;
-            let is_faulty = is_of_kind(scene) || is_everywhere && scene.kind == Some(Kind::Wrong);
+            let has_both =
+                || scene.kind.as_ref().is_some_and(|kind| is_everywhere && is_other(kind, undo));
+            // Masses are rounded in scenes that pass as well.
+            let passed = scene.passed;
+            let is_rounded = passed && matches!(undo, Undo::Single { .. });
+            let is_faulty = is_of_kind(scene) || has_both() || is_rounded;
             let undone = undo.undone(judged.scene, judged.states);
             let (scene, states) = undone.filter(|(_, states)| is_faulty && states.len() > 1)?;
             let (steps, evidence) = steps::examine(&scene, &states);
@@ -248,7 +287,7 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
                 && evidence.iter().all(|one| !one.is_wrong() || is_near(one));
             let envelope = judged.envelope.iter().skip(usize::from(undo == Undo::Late));
             let envelope = envelope.copied().collect();
-            let restored = Restored { number, feature, scene, states, envelope, is_right };
+            let restored = Restored { number, feature, scene, states, envelope, passed, is_right };
             Some((restored, (steps, evidence)))
         };
         scenes.par_iter().enumerate().filter_map(of).collect()

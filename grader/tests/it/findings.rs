@@ -1,7 +1,8 @@
 //! Findings on traces that a changed model makes, graded as milestone 3: the change itself is named.
 
 use diagnosis::change::candidates;
-use diagnosis::change::{Change, Memory, Model, Term};
+use diagnosis::change::gate::{Gate, Measure};
+use diagnosis::change::{Change, Memory, Model, Quantity, Term};
 use diagnosis::findings::{Finding, FindingKind};
 use grader::grading;
 use grader::oracle::Oracle;
@@ -141,6 +142,8 @@ const CHANGES: &[&str] = &[
     "implicit methods hold only the first of several fixed particles",
     "linearized-implicit-euler: the Jacobians are those of the step before",
     "linearized-implicit-euler: the right-hand side has h² dF/dx v as well, although forces are taken at x + h v",
+    "linearized-implicit-euler: the step is linearized at x, not x + h v: its right-hand side is h F + h² dF/dx v there",
+    "linearized-implicit-euler: the matrix and the right-hand side are rounded to single precision",
     "symplectic-euler: each particle moves before the forces on the next are evaluated",
     "dragdamping acts on as many coordinates as there are particles, the first ones",
     "dragdamping reads the velocities at the start of the step under implicit methods",
@@ -155,6 +158,11 @@ const CHANGES: &[&str] = &[
     "springforce reads k and l0 each as the other",
     "dt is taken as 0.01 where it is larger",
     "springforce's elastic force reads x for y of the position of j",
+    "springforce's elastic force has 0.5 (l − l0)² in the place of l − l0, in its Jacobians as well",
+    "dF/dx of springforce's elastic force has l0 in the place of l − l0",
+    "dF/dx of springforce's damping has d in the place of each n",
+    "each gravitationalforce acts on particles 0 and 1",
+    "each springforce acts on its first particle i and on i + 1",
     "dF/dx of springforce's elastic force has the xx entry of its blocks in the place of the yy entry",
     "springforce's damping has v_i − (v_j.x, v_j.x) in the place of w",
     "explicit-euler: each step adds to the forces of the steps before, not set to zero in between",
@@ -394,6 +402,66 @@ fn single_precision_input_is_distinguished_from_rounded_output() {
     let found = findings(&[], read_so);
     let sentence = found.first().map(Finding::sentence).unwrap_or_default();
     assert_eq!(sentence, "reading the scene: the numbers of particles are rounded");
+}
+
+/// The words of all findings that say what is wrong.
+fn said(found: &[Finding]) -> Vec<&str> {
+    let is_said = |finding: &&Finding| finding.kind <= FindingKind::Possible;
+    found.iter().filter(is_said).flat_map(|finding| &finding.words).map(String::as_str).collect()
+}
+
+#[test]
+fn a_method_linearized_at_another_point_is_one_cause_beside_another() {
+    let words = [
+        "linearized-implicit-euler: the step is linearized at x, not x + h v: its right-hand side is h F + h² dF/dx v there",
+        "springforce's damping has w in the place of its part along n",
+    ];
+    let found = findings(&words.map(candidate), |states| states);
+    let mut named = said(&found);
+    named.sort_unstable();
+    assert_eq!(named, words, "{found:#?}");
+}
+
+#[test]
+fn a_force_left_out_keeps_its_jacobians_beside_another_jacobian_that_is_wrong() {
+    let words = [
+        "dF/dx of springforce's elastic force has ((l − l0)/l) (I − n nᵀ) with the wrong sign",
+        "springforce's damping is missing",
+    ];
+    let found = findings(&words.map(candidate), |states| states);
+    let mut named = said(&found);
+    named.sort_unstable();
+    assert_eq!(named, words, "{found:#?}");
+}
+
+/// Whether a scene is one of this group under explicit Euler.
+fn is_explicit(id: &str, group: &str) -> bool {
+    id.strip_prefix(group).is_some_and(|rest| rest.starts_with('/')) && id.ends_with("-explicit")
+}
+
+#[test]
+fn a_wrong_reading_and_a_wrong_force_in_the_same_scenes_are_named() {
+    let words = [
+        "springforce reads k and l0 each as the other",
+        "springforce's elastic force has the wrong sign",
+    ];
+    let changes = words.map(candidate);
+    let found = findings_in(|id| is_explicit(id, "Spring"), |scene| states(scene, &changes));
+    let mut named = said(&found);
+    named.sort_unstable();
+    assert_eq!(named, words, "{found:#?}");
+}
+
+#[test]
+fn elements_that_differ_beside_wrong_positions_are_named() {
+    let moved = "explicit-euler: positions move with the mean of the old and the new velocity";
+    let term = Term { tag: "simplegravity", part: "" };
+    let gate = Gate { measure: Measure::Odd, above: true, at: 0.5, factor: 0.0 };
+    let changes = [candidate(moved), candidates::gated(term, &[Quantity::Force], gate)];
+    let found = findings_in(|id| is_explicit(id, "SimpleGravity"), |scene| states(scene, &changes));
+    let named = said(&found);
+    assert!(changes.iter().all(|change| named.contains(&&*change.words)), "{found:#?}");
+    assert_eq!(named.len(), 2, "{found:#?}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
 use scene::schema::{Masses, ParameterSchema, StepEquation};
-use scene::{Dimension, Scene};
+use scene::{Dimension, ForceElement, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
 use super::elimination::Slip;
@@ -18,8 +18,8 @@ use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
     Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Index, Kept,
-    MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Rule, SceneRule, Softening, Start,
-    Term, Unknowns, Which,
+    Linearized, MassAt, Newton, Norm, Numbers, Particles, Pick, Place, Quantity, Rule, SceneRule,
+    Softening, Start, Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -431,7 +431,8 @@ fn of_formulas(term: Term, forms: &Forms) -> Vec<Change> {
     let quantities = [&forms.force, &forms.by_position, &forms.by_velocity];
     for (quantity, formulas) in Quantity::ALL.into_iter().zip(quantities) {
         for formula in formulas {
-            for edit in edits(formula, &scalars) {
+            let of_leaves = edit::of_all_leaves(formula);
+            for edit in edits(formula, &scalars).into_iter().chain(of_leaves) {
                 let place = match quantity {
                     Quantity::Force => Place::Force(term),
                     _ => Place::Jacobian(term),
@@ -884,8 +885,9 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
                 let words = format!("{what} {verb} evaluated at x, not x + h v");
                 add(Rule::JacobiansAt(which, 0.0), 1, &words);
             }
-            let words = "forces and Jacobians are evaluated at x, not x + h v";
-            add(Rule::AllAt(0.0), 1, words);
+            for (forces, jacobians, right, rank, words) in LINEARIZED {
+                add(Rule::Linearized(Linearized { forces, jacobians, right }), rank, words);
+            }
             add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v/2, not x + h v");
             for (quantity, what) in
                 [(Quantity::ByPosition, "dF/dx"), (Quantity::ByVelocity, "dF/dv")]
@@ -962,9 +964,6 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             let words = format!("{what} evaluated with twice the velocities");
             add(Rule::Seen(factors), 2, &words);
         }
-        let words =
-            "the right-hand side has h² dF/dx v as well, although forces are taken at x + h v";
-        add(Rule::StiffRight, 2, words);
     }
     if matches!(method, OnePoint::Explicit | OnePoint::Symplectic) {
         let words = "each particle moves before the forces on the next are evaluated";
@@ -995,6 +994,54 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     }
     all
 }
+
+/// Points of a linearized method: of forces, of Jacobians, and the factor of `h² ∂F/∂x v` on the right-hand side. At
+/// `(x, v)` with that term is the form of Baraff and Witkin.
+const LINEARIZED: [(f64, f64, Option<Factor>, u8, &str); 7] = [
+    (0.0, 0.0, None, 1, "forces and Jacobians are evaluated at x, not x + h v"),
+    (
+        0.0,
+        0.0,
+        Some(Factor::number(1.0)),
+        1,
+        "the step is linearized at x, not x + h v: its right-hand side is h F + h² dF/dx v there",
+    ),
+    (
+        0.0,
+        0.0,
+        Some(Factor::h(-1)),
+        2,
+        "the step is linearized at x, not x + h v: its right-hand side is h F + h dF/dx v there",
+    ),
+    (
+        0.0,
+        0.0,
+        Some(Factor::number(-1.0)),
+        2,
+        "the step is linearized at x, not x + h v: its right-hand side is h F − h² dF/dx v there",
+    ),
+    (
+        0.0,
+        1.0,
+        Some(Factor::number(1.0)),
+        2,
+        "forces are evaluated at x, Jacobians at x + h v, and the right-hand side has h² dF/dx v as well",
+    ),
+    (
+        1.0,
+        0.0,
+        Some(Factor::number(1.0)),
+        2,
+        "Jacobians are evaluated at x, forces at x + h v, and the right-hand side has h² dF/dx v as well",
+    ),
+    (
+        1.0,
+        1.0,
+        Some(Factor::number(1.0)),
+        2,
+        "the right-hand side has h² dF/dx v as well, although forces are taken at x + h v",
+    ),
+];
 
 /// Usual limits of an iteration.
 const LIMITS: [usize; 7] = [10, 20, 25, 30, 50, 100, 200];
@@ -1425,7 +1472,29 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 }
             }
         }
-        if of_it().any(|element| element.edge.is_some()) {
+        let own: Vec<[usize; 2]> = of_it().filter_map(ForceElement::pair).collect();
+        let is_of_edges = of_it().any(|element| element.edge.is_some());
+        for (pick, what, is_there) in [
+            (Pick::FirstTwo, "acts on particles 0 and 1", !is_of_edges),
+            (Pick::Next, "acts on its first particle i and on i + 1", true),
+            (Pick::Previous, "acts on its second particle j and on j − 1", true),
+            (Pick::First(0), "acts on particle 0 in the place of its first particle", true),
+            (Pick::First(1), "acts on particle 0 in the place of its second particle", true),
+            (Pick::Last(0), "acts on the last particle in the place of its first one", true),
+            (Pick::Last(1), "acts on the last particle in the place of its second one", true),
+            (Pick::OfFirst, "acts on the particles of the first one", true),
+            (Pick::OfLast, "acts on the particles of the last one", true),
+            (Pick::FirstEdge, "acts on the first edge, whatever its edge attribute", is_of_edges),
+            (Pick::LastEdge, "acts on the last edge, whatever its edge attribute", is_of_edges),
+        ] {
+            let pairs = pick.pairs(scene, tag);
+            let is_possible = pairs.iter().all(|[i, j]| i != j);
+            if is_there && is_possible && pairs != own {
+                let words = format!("each {tag} {what}");
+                add(whole, SceneRule::Pairs(tag, pick), 2, words);
+            }
+        }
+        if is_of_edges {
             let words = format!("each {tag} acts on the next edge, whatever its edge attribute");
             add(whole, SceneRule::RunningEdge(tag), 2, words);
             for (end, what) in [(None, "a"), (Some(0), "its first"), (Some(1), "its second")] {

@@ -1,7 +1,7 @@
 //! Every formula that differs from a given one by one operation on one of its nodes.
 //!
 //! ```text
-//! sum        a term is left out, has the other sign, counts twice or half
+//! sum        a term is left out, has the other sign, counts twice or half, or is subtracted and stands alone
 //! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse;
 //!            a projection is left out; the sum or the mean of two masses; the parentheses around a sum are missing
 //! power      another exponent
@@ -9,8 +9,9 @@
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
 //! matrix     a bᵀ for b aᵀ, a aᵀ for a bᵀ, I for R; entries off the diagonal with the other sign, or left out
 //! component  one component of a vector left out, with the other sign, or in the place of the other
-//! scalar     one parameter or length for another, or another norm; |x|, max(x, 0), min(x, 0) of a sum or a dot product;
-//!            one component for a dot product
+//! scalar     one parameter or length for another, or another norm; |x|, max(x, 0), min(x, 0), x², x²/2 of a sum or a dot
+//!            product; one component for a dot product
+//! leaves     all equal ones at once: d in the place of each n
 //! numbered   a limit, a number added to a length or to 1/x, another angle, a factor 1 + c x: the steps determine c
 //! ```
 //!
@@ -42,6 +43,47 @@ pub fn edits(formula: &Expression, scalars: &[Expression]) -> Vec<Edit> {
     // The root's factors change the whole formula.
     all.extend(of_children(formula, scalars));
     all
+}
+
+/// `formula` with another leaf in the place of each of several equal ones.
+pub fn of_all_leaves(formula: &Expression) -> Vec<Edit> {
+    let mut known: Vec<(Leaf, usize)> = Vec::new();
+    let leaves = nodes(formula).into_iter().filter_map(|(node, _)| match node {
+        Expression::Leaf(leaf) => Some(leaf),
+        _ => None,
+    });
+    for leaf in leaves {
+        match known.iter_mut().find(|(one, _)| *one == leaf) {
+            Some((_, count)) => *count += 1,
+            None => known.push((leaf, 1)),
+        }
+    }
+    let several = known.into_iter().filter(|(_, count)| *count > 1);
+    let of = |(leaf, _): (Leaf, usize)| {
+        others(leaf).into_iter().map(move |new| {
+            let words = format!("has {new} in the place of each {}", Expression::Leaf(leaf));
+            Edit::new(with_leaf(formula, leaf, &new), words, 2)
+        })
+    };
+    several.flat_map(of).collect()
+}
+
+/// `node` with `new` in the place of each such leaf.
+fn with_leaf(node: &Expression, leaf: Leaf, new: &Expression) -> Expression {
+    let of = |inner: &Expression| with_leaf(inner, leaf, new);
+    let boxed = |inner: &Expression| Box::new(of(inner));
+    match node {
+        Expression::Leaf(one) if *one == leaf => new.clone(),
+        Expression::Sum(parts) => Expression::Sum(parts.iter().map(of).collect()),
+        Expression::Product(parts) => Expression::Product(parts.iter().map(of).collect()),
+        Expression::Power(base, exponent) => Expression::Power(boxed(base), *exponent),
+        Expression::Dot(a, b) => Expression::Dot(boxed(a), boxed(b)),
+        Expression::Outer(a, b) => Expression::Outer(boxed(a), boxed(b)),
+        Expression::Transposed(inner) => Expression::Transposed(boxed(inner)),
+        Expression::Applied(function, inner) => Expression::Applied(*function, boxed(inner)),
+        Expression::Components(axes, inner) => Expression::Components(*axes, boxed(inner)),
+        Expression::Number(_) | Expression::Leaf(_) => node.clone(),
+    }
 }
 
 fn of_children(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
@@ -195,6 +237,7 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
         }
         Expression::Dot(a, b) => {
             clamps(node, &mut all);
+            energies(node, &mut all);
             for axis in 0..2 {
                 let unit = Box::new(Expression::Leaf(Leaf::Axis(axis)));
                 let new = Expression::Dot(b.clone(), unit);
@@ -244,7 +287,17 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                     all.push(Edit::new(with(scaled), words, 2));
                 }
             }
+            if let [a, b] = terms.as_slice() {
+                for negative in [a, b].into_iter().filter(|term| term.to_string().starts_with('−'))
+                {
+                    let words = format!("has {} in the place of {node}", bare(negative));
+                    all.push(Edit::new(negative.clone().negated(), words, 2));
+                }
+            }
             clamps(node, &mut all);
+            if node.is_number() {
+                energies(node, &mut all);
+            }
             if node.is_number() && terms.iter().any(is_length) {
                 let square = |term: &Expression| match term {
                     Expression::Product(factors) => {
@@ -371,6 +424,16 @@ fn clamps(node: &Expression, all: &mut Vec<Edit>) {
     for function in [Function::Absolute, Function::Positive, Function::Negative] {
         let new = Expression::Applied(function, Box::new(node.clone()));
         let words = format!("has {new} in the place of {node}");
+        all.push(Edit::new(new, words, 2));
+    }
+}
+
+/// The square, and the half of it: the energy where its derivative belongs.
+fn energies(node: &Expression, all: &mut Vec<Edit>) {
+    let square = Expression::Power(Box::new(node.clone()), 2);
+    let half = Expression::Product(vec![Expression::Number(0.5), square.clone()]);
+    for (new, factor) in [(half, "0.5 "), (square, "")] {
+        let words = format!("has {factor}({node})² in the place of {node}");
         all.push(Edit::new(new, words, 2));
     }
 }

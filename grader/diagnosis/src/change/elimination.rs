@@ -1,4 +1,4 @@
-//! Gaussian elimination without pivoting, with one of its loops or statements wrong. Cost: `O(n³)`.
+//! Gaussian elimination without pivoting, with one of its loops or statements wrong, or of rounded numbers. Cost: `O(n³)`.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,11 +23,13 @@ pub enum Slip {
     LastUnknown,
     /// The first unknown stays zero.
     FirstUnknown,
+    /// Matrix and right-hand side are in single precision.
+    Single,
 }
 
 impl Slip {
     /// Every slip, in words.
-    pub(super) const ALL: [(Self, &'static str); 9] = [
+    pub(super) const ALL: [(Self, &'static str); 10] = [
         (Self::LastRow, "the elimination leaves out the last row"),
         (Self::LastColumn, "the elimination leaves out the last column"),
         (Self::RightKept, "the elimination does not change the right-hand side"),
@@ -37,12 +39,17 @@ impl Slip {
         (Self::Undivided, "back substitution does not divide by the diagonal"),
         (Self::LastUnknown, "back substitution leaves the last unknown 0"),
         (Self::FirstUnknown, "back substitution leaves the first unknown 0"),
+        (Self::Single, "the matrix and the right-hand side are rounded to single precision"),
     ];
 
     /// The unknowns, with the slip.
     pub(super) fn solve(self, mut matrix: DMatrix<f64>, mut right: DVector<f64>) -> DVector<f64> {
         let n = right.len();
         let without = |slip: Self| n - usize::from(self == slip);
+        if self == Self::Single {
+            let numbers = matrix.iter_mut().chain(right.iter_mut());
+            numbers.for_each(|value| *value = f64::from(*value as f32));
+        }
         for pivot in 0..n {
             for row in pivot + 1..without(Self::LastRow) {
                 let mut factor = matrix[(row, pivot)] / matrix[(pivot, pivot)];

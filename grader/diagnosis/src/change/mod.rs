@@ -27,6 +27,7 @@ mod model;
 pub mod round_changes;
 mod round_steps;
 pub mod rounds;
+mod setting;
 mod step;
 
 use std::fmt;
@@ -645,8 +646,8 @@ pub enum Rule {
     ForcesAt(f64),
     /// Jacobians at `x + c h u`: by position, by velocity, or both.
     JacobiansAt([bool; 2], f64),
-    /// Forces and Jacobians at `x + c h u`.
-    AllAt(f64),
+    /// A linearized method's right-hand side and matrix at other points.
+    Linearized(Linearized),
     /// `x' = x + h v` first, and forces there.
     PositionsFirst,
     /// Forces of the step before.
@@ -686,8 +687,6 @@ pub enum Rule {
     },
     /// Each particle moves before the forces on the next are evaluated.
     OneByOne,
-    /// The right-hand side has `h² ∂F/∂x v` as well.
-    StiffRight,
     /// `x' = x + h^power (a v + b v')`.
     Position {
         /// `a`.
@@ -714,6 +713,17 @@ pub enum Rule {
     Repeated(u32),
     /// This many steps of the same method in the place of one.
     Substeps(u32),
+}
+
+/// Where the forces of a step are linearized.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linearized {
+    /// Forces at `x + c h v`.
+    pub forces: f64,
+    /// Jacobians at `x + c h v`.
+    pub jacobians: f64,
+    /// A factor of `h² ∂F/∂x v` on the right-hand side: a number and a power of the time step; `None` without the term.
+    pub right: Option<Factor>,
 }
 
 /// Values that a program should compute anew in each step, and does not.
@@ -843,6 +853,55 @@ pub enum Numbers {
     Edges,
 }
 
+/// A pair of particles in the place of an element's own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pick {
+    /// The first two of the scene.
+    FirstTwo,
+    /// The first one of its own, and the next of the scene.
+    Next,
+    /// The second one of its own, and the one before it in the scene.
+    Previous,
+    /// The first of the scene at this end.
+    First(usize),
+    /// The last of the scene at this end.
+    Last(usize),
+    /// Those of the first element of the force.
+    OfFirst,
+    /// Those of the last element of the force.
+    OfLast,
+    /// Those of the first edge of the scene.
+    FirstEdge,
+    /// Those of the last edge of the scene.
+    LastEdge,
+}
+
+impl Pick {
+    /// The pair of each element of a force in the place of its own; the same where there is none.
+    pub(super) fn pairs(self, scene: &Scene, tag: &str) -> Vec<[usize; 2]> {
+        let all = || {
+            let of_it = scene.forces.iter().filter(|element| element.schema.tag == tag);
+            of_it.filter_map(ForceElement::pair)
+        };
+        let count = scene.particles.len();
+        let of_edge = |edge: Option<&scene::Edge>| edge.map(|edge| edge.particles);
+        let of = |[i, j]: [usize; 2]| match self {
+            Self::FirstTwo => Some([0, 1]),
+            Self::Next => (i + 1 < count).then_some([i, i + 1]),
+            Self::Previous => j.checked_sub(1).map(|before| [before, j]),
+            Self::First(0) => Some([0, j]),
+            Self::First(_) => Some([i, 0]),
+            Self::Last(0) => Some([count - 1, j]),
+            Self::Last(_) => Some([i, count - 1]),
+            Self::OfFirst => all().next(),
+            Self::OfLast => all().next_back(),
+            Self::FirstEdge => of_edge(scene.edges.first()),
+            Self::LastEdge => of_edge(scene.edges.last()),
+        };
+        all().map(|own| of(own).unwrap_or(own)).collect()
+    }
+}
+
 /// A scene read wrongly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneRule {
@@ -917,6 +976,8 @@ pub enum SceneRule {
     AssignedOwn(&'static str, Quantity, usize, Option<[usize; 2]>),
     /// Each element acts on the particles of the one before it.
     ParticlesBefore(&'static str),
+    /// The pair of each element is another one, whatever its attributes.
+    Pairs(&'static str, Pick),
     /// Of several fixed particles, the first or the last is fixed.
     OneFixed {
         /// The last one.

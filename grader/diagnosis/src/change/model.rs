@@ -17,8 +17,8 @@ use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
     Axes, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold,
-    Index, Kept, MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Read, ReadAt, Rule,
-    SceneRule, Softening, Start, Term, Unknowns, Which,
+    Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Read,
+    ReadAt, Rule, SceneRule, Softening, Start, Term, Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -167,7 +167,8 @@ pub(super) struct Rules {
     pub(super) kept: Option<Kept>,
     pub(super) slip: Option<Slip>,
     pub(super) one_by_one: bool,
-    pub(super) stiff_right: bool,
+    /// A factor of `h² ∂F/∂x v` on the right-hand side.
+    pub(super) stiff_right: Option<Factor>,
     /// The factor of the old velocity.
     pub(super) old: f64,
     /// What is added to the masses.
@@ -278,7 +279,7 @@ impl Model {
             kept: None,
             slip: None,
             one_by_one: false,
-            stiff_right: false,
+            stiff_right: None,
             old: 1.0,
             diagonal: 0.0,
             speed_limit: None,
@@ -488,7 +489,11 @@ impl Model {
                 let which = rules.jacobians_at.iter_mut().zip(which).filter(|(_, is_it)| *is_it);
                 which.for_each(|(at, _)| *at = Some(c));
             }
-            Rule::AllAt(c) => (rules.forces_at, rules.jacobians_at) = (Some(c), [Some(c); 2]),
+            Rule::Linearized(Linearized { forces, jacobians, right }) => {
+                rules.forces_at = Some(forces);
+                rules.jacobians_at = [Some(jacobians); 2];
+                rules.stiff_right = right;
+            }
             Rule::PositionsFirst => {
                 (rules.position, rules.forces_at) = (Some([1.0, 0.0, 1.0]), Some(1.0));
             }
@@ -504,7 +509,6 @@ impl Model {
             }
             Rule::Kept(kept) => rules.kept = Some(kept),
             Rule::OneByOne => rules.one_by_one = true,
-            Rule::StiffRight => rules.stiff_right = true,
             Rule::Position { old, new, h } => {
                 rules.position = Some([old, new, f64::from(h)]);
             }
@@ -1522,6 +1526,13 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 let own = element.particles.clone();
                 element.particles = before.replace(own.clone()).unwrap_or(own);
+            }
+        }
+        SceneRule::Pairs(tag, pick) => {
+            let pairs = pick.pairs(scene, tag);
+            let of_it = scene.forces.iter_mut().filter(|element| of(tag)(element));
+            for (element, pair) in of_it.filter(|element| element.pair().is_some()).zip(pairs) {
+                element.particles = pair.into();
             }
         }
         SceneRule::RunningEdge(tag) => {

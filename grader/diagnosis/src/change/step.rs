@@ -455,11 +455,13 @@ impl Model {
             let inertia = sign * self.mass[dof].powi(power) * (u[dof] - kept);
             self.force_coefficient(dof) * force[dof] - inertia
         });
-        if self.rules.stiff_right {
+        if let Some(factor) = self.rules.stiff_right {
+            let factor = factor.of(self.h, 1.0);
             for (row, right) in right.iter_mut().enumerate() {
                 let [of_k, _] = self.matrix_coefficients(self.mass[row]);
-                *right +=
-                    of_k * u.iter().enumerate().map(|(dof, u)| k[(row, dof)] * u).sum::<f64>();
+                *right += factor
+                    * of_k
+                    * u.iter().enumerate().map(|(dof, u)| k[(row, dof)] * u).sum::<f64>();
             }
         }
         self.hold(&mut matrix, &mut right);
@@ -700,8 +702,10 @@ impl Model {
             at.earlier = Some([positions.clone(), velocities.clone()]);
         }
         let mut delta = change(sample);
-        if self.rules.stiff_right && quantity == Quantity::ByPosition {
-            delta.iter_mut().zip(&sample.before.velocities).for_each(|(delta, v)| *delta += v);
+        if let (Some(factor), Quantity::ByPosition) = (self.rules.stiff_right, quantity) {
+            let factor = factor.of(self.h, 1.0);
+            let velocities = &sample.before.velocities;
+            delta.iter_mut().zip(velocities).for_each(|(delta, v)| *delta += factor * v);
         }
         let is_by_columns = self.rules.column_masses && quantity != Quantity::Force;
         if is_by_columns {

@@ -11,12 +11,15 @@ use crate::change::gate::{self, Gate, Measure};
 use crate::change::{Change, Model, Quantity, Term};
 use rayon::prelude::*;
 
-use super::residuals::Base;
+use super::residuals::{self, Base};
 use crate::findings::evidence::Marked;
 use crate::findings::thresholds::Thresholds;
 
 /// Factors of the elements that are singled out.
 const FACTORS: [f64; 3] = [0.0, -1.0, 2.0];
+
+/// Rules beside which elements are told apart: each takes the time of a scene.
+const FEW_RULES: usize = 3;
 
 /// What is treated otherwise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,6 +162,22 @@ pub(super) fn of_scene(
     }
     rules.truncate(limits.gates);
     rules.iter().filter_map(|rule| known.with_number(rule, scenes, made)).collect()
+}
+
+/// The same beside a rule with which positions and fixed particles are right, where they are not without it.
+pub(super) fn with_rules(
+    number: usize,
+    scenes: &[Marked<'_>],
+    made: &[Change],
+    limits: &Thresholds,
+) -> Vec<Vec<Change>> {
+    let rules = residuals::setting_right(&scenes[number], made).into_iter().take(FEW_RULES);
+    let of = |rule: Change| {
+        let with = [made, std::slice::from_ref(&rule)].concat();
+        let found = of_scene(number, scenes, &with, &mut Known::default(), limits);
+        found.into_iter().map(move |gate| vec![rule.clone(), gate])
+    };
+    rules.flat_map(of).collect()
 }
 
 /// What the scenes allow, by rule: found once in a round.

@@ -16,7 +16,7 @@ mod weigh;
 use std::collections::{BTreeSet, HashMap};
 
 use crate::change::candidates;
-use crate::change::{Change, Effect, Model, Place, Quantity, Rule};
+use crate::change::{Change, Effect, Model, Place, Quantity, Rule, Term};
 use rayon::prelude::*;
 use scene::Scene;
 use scene::schema::{Convergence, IntegratorSchema, Matrix};
@@ -26,7 +26,7 @@ use super::form::Kind;
 use super::judged::Outcome;
 use super::thresholds::Thresholds;
 use super::trace::is_large;
-use residuals::{pairs_of, survivors, with_rules};
+use residuals::{pairs_of, survivors, with_reading, with_rules};
 use weigh::Weighed;
 
 /// Changes that are proven together.
@@ -111,6 +111,7 @@ pub(super) fn causes<'a>(scenes: &[Marked<'a>], limits: &'a Thresholds) -> Assig
         scene.is_set_aside = false;
     }
     best.explain_more();
+    best.drop_unlikely_methods();
     best.drop_all(Search::is_unlikely);
     let Search { scenes, found: mut causes, .. } = best;
     for cause in &mut causes {
@@ -252,6 +253,15 @@ impl<'a> Search<'a> {
                     true => {
                         let mut found = with_rules(&scene, made);
                         found.extend(pairs_of(&scene, made));
+                        if found.is_empty() {
+                            found = with_reading(&scene, made);
+                            found.extend(gates::with_rules(
+                                number,
+                                &self.scenes,
+                                made,
+                                self.limits,
+                            ));
+                        }
                         found
                     }
                 };
@@ -410,6 +420,17 @@ impl<'a> Search<'a> {
             });
     }
 
+    /// Where a method that steps as another one is unlikely, the next change that explains the same scenes stands for it.
+    fn drop_unlikely_methods(&mut self) {
+        for number in 0..self.found.len() {
+            let cause = &self.found[number];
+            let is_replaced = matches!(cause.change().effect, Effect::Method(_, Rule::Replaced(_)));
+            if is_replaced && cause.alternatives.len() > 1 && self.is_unlikely(cause) {
+                self.found[number].alternatives.remove(0);
+            }
+        }
+    }
+
     /// Drops such mistakes. What a dropped mistake explained, alone or with others, is unexplained again.
     fn drop_all(&mut self, is_dropped: fn(&Self, &Cause) -> bool) {
         let gone = self.found.iter().filter(|cause| is_dropped(self, cause));
@@ -484,13 +505,33 @@ impl<'a> Search<'a> {
         let acts = |scene: &&Marked<'_>| change.must_act_in(&scene.scene) && scene.is_suspect();
         let unsettled = self.scenes.iter().filter(acts).filter(|scene| !scene.explained).count();
         let explained = cause.scenes.len();
+        let wrong = self.wrong_otherwise(change);
+        let is_counted =
+            |number: &&usize| super::terms(&self.scenes[**number].scene).is_disjoint(&wrong);
+        let against = cause.unexplained.iter().filter(is_counted).count();
         let is_replaced = matches!(change.effect, Effect::Method(_, Rule::Replaced(_)));
         let is_in_method = !cause.unexplained.is_empty() && self.is_all_of_a_method(cause);
         let is_far_fetched = !cause.is_lack() && change.rank >= self.limits.far_fetched;
         match is_replaced || is_far_fetched {
             true => explained <= unsettled,
-            false => !cause.is_lack() && (2 * explained < cause.unexplained.len() || is_in_method),
+            false => !cause.is_lack() && (2 * explained < against || is_in_method),
         }
+    }
+
+    /// Terms that are wrong whatever this change is: all scenes with one are left wrong, and in several it does not act.
+    fn wrong_otherwise(&self, change: &Change) -> BTreeSet<Term> {
+        let judged = || self.scenes.iter().filter(|scene| scene.is_settled() || scene.is_suspect());
+        let left = judged().filter(|scene| scene.is_left() && !change.acts_in(&scene.scene));
+        let mut count: HashMap<Term, usize> = HashMap::new();
+        for term in left.flat_map(|scene| super::terms(&scene.scene)) {
+            *count.entry(term).or_default() += 1;
+        }
+        let right: BTreeSet<Term> = judged()
+            .filter(|scene| !scene.is_left())
+            .flat_map(|scene| super::terms(&scene.scene))
+            .collect();
+        let several = count.into_iter().filter(|(_, count)| *count >= super::FEW);
+        several.map(|(term, _)| term).filter(|term| !right.contains(term)).collect()
     }
 
     /// Whether a mistake of a force explains scenes of one method alone, whose other scenes are wrong as well, more of them, and
@@ -540,7 +581,7 @@ fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
     let is_newton = matches!(integrator.convergence, Convergence::Update(_));
     match (pairs, is_implicit) {
         (true, true) => 40 * size + size.pow(3) / 10,
-        (true, false) => 10 * size,
+        (true, false) => 20 * size,
         (false, _) if is_newton => 30 * size,
         (false, _) => 6 * size,
     }

@@ -7,6 +7,7 @@ use crate::change::candidates::{self, Numbered, NumberedForce};
 use crate::change::round_changes;
 use crate::change::{Change, Effect, Model, Place, Quantity, Sample, Term};
 use rayon::prelude::*;
+use scene::schema::Matrix;
 
 use crate::findings::evidence::{Agreement, Samples, SceneEvidence};
 use crate::findings::fit::{self, simplest};
@@ -67,15 +68,56 @@ fn is_accidental(change: &Change, time_step: f64, limits: &Thresholds) -> bool {
 
 /// A change of the integrator's rules, or of fixed particles, with one of a term.
 pub(super) fn with_rules(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
-    let inner = &scene.scene;
     let samples = scene.clear_samples();
-    let mut rules = candidates::of_integrator(inner);
-    rules.extend(candidates::of_fixed(inner));
-    rules.extend(fit::of_rules(scene, made, &samples, Numbered::moves));
+    with_each(&rules_of(scene, made, &samples), scene, made, &samples)
+}
+
+/// The changes of the integrator's rules, and of fixed particles.
+fn rules_of(scene: &SceneEvidence<'_>, made: &[Change], samples: &Samples<'_>) -> Vec<Change> {
+    let mut rules = candidates::of_integrator(&scene.scene);
+    rules.extend(candidates::of_fixed(&scene.scene));
+    rules.extend(fit::of_rules(scene, made, samples, Numbered::moves));
+    rules
+}
+
+/// Of positions or fixed particles that are wrong in a scene, the rules with which they are right: another change can be
+/// looked for beside these alone.
+pub(super) fn setting_right(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
+    let samples = scene.clear_samples();
+    let is_right =
+        |changes: &[Change]| Base::of(&Model::new(&scene.scene, changes), &samples).is_some();
+    if samples.is_empty() || is_right(made) {
+        return Vec::new();
+    }
+    let mut rules = rules_of(scene, made, &samples);
+    rules.retain(|rule| is_right(&[made, std::slice::from_ref(rule)].concat()));
+    rules
+}
+
+/// A change of the reading, or of the functions on vectors, with one of a term; none under implicit methods, which read a
+/// scene as explicit ones do and cost more.
+pub(super) fn with_reading(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+    let inner = &scene.scene;
+    if inner.integrator.matrix == Matrix::Jacobians {
+        return Vec::new();
+    }
+    let mut rules = candidates::of_helpers(inner);
+    rules.extend(candidates::of_reading(inner, &[]));
+    with_each(&rules, scene, made, &scene.clear_samples())
+}
+
+/// Each of these changes with one of a term; the most usual first.
+fn with_each(
+    rules: &[Change],
+    scene: &SceneEvidence<'_>,
+    made: &[Change],
+    samples: &Samples<'_>,
+) -> Vec<Vec<Change>> {
+    let inner = &scene.scene;
     let of = |rule: &Change| -> Vec<Vec<Change>> {
         let with: Vec<Change> = made.iter().chain([rule]).cloned().collect();
         let model = Model::new(inner, &with);
-        let found = in_terms(&model, inner.integrator.name, &samples).into_iter();
+        let found = in_terms(&model, inner.integrator.name, samples).into_iter();
         found.map(|change| vec![rule.clone(), change]).collect()
     };
     let mut all: Vec<Vec<Change>> = rules.par_iter().flat_map_iter(of).collect();

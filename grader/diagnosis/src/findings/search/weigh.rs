@@ -100,8 +100,8 @@ impl Search<'_> {
             && let Some(Weighed { explained: all, .. }) = self.prove(made, together)
         {
             let cause = |one: Weighed| Cause {
+                rivals: force_alone(&one.changes[0]),
                 alternatives: one.changes,
-                rivals: Vec::new(),
                 scenes: one.explained.into_iter().filter(|number| all.contains(number)).collect(),
                 open: one.open,
                 unexplained: Vec::new(),
@@ -115,7 +115,7 @@ impl Search<'_> {
             all.extend(causes.iter().map(|cause| cause.change().clone()));
             if let Some(Weighed { changes, explained, open, .. }) = self.prove(&all, one) {
                 let scenes = explained.into_iter().collect();
-                let (alternatives, rivals) = (changes, Vec::new());
+                let (rivals, alternatives) = (force_alone(&changes[0]), changes);
                 causes.push(Cause {
                     alternatives,
                     rivals,
@@ -200,8 +200,15 @@ impl Search<'_> {
                     // What explains the same scenes, by a change in another place.
                     let is_same = one.explained.is_superset(&best.explained);
                     let known = || std::iter::once(&*best).chain(others.iter());
-                    let in_place =
-                        known().filter(|known| known.changes[0].place == change.place).count();
+                    // A rule of a method, and another method in its place, are two statements.
+                    let replaces = |change: &Change| {
+                        matches!(change.effect, Effect::Method(_, Rule::Replaced(_)))
+                    };
+                    let is_in_place = |known: &&Weighed| {
+                        let known = &known.changes[0];
+                        known.place == change.place && replaces(known) == replaces(change)
+                    };
+                    let in_place = known().filter(is_in_place).count();
                     // Of a task, the student should know each change that makes the same positions.
                     let [most, most_others] = match is_of_rounds(change) {
                         true => [2, Task::ALL.len()],
@@ -326,7 +333,7 @@ impl Search<'_> {
         enough.then_some(Weighed { explained, ..weighed })
     }
 
-    /// Compares changes with the samples of all scenes; `None` if a scene contradicts them.
+    /// Compares changes with the samples of all scenes; `None` if a scene contradicts them, or one of those made.
     pub(super) fn weigh(
         &self,
         made: &[Change],
@@ -334,6 +341,10 @@ impl Search<'_> {
         is_probe: bool,
     ) -> Option<Weighed> {
         let all: Vec<Change> = made.iter().chain(&changes).cloned().collect();
+        let is_undone = |place: usize| all[..place].iter().any(|before| before.undoes(&all[place]));
+        if (made.len()..all.len()).any(is_undone) {
+            return None;
+        }
         let mut weighed = Weighed { changes, explained: BTreeSet::new(), unexplained: 0, open: 0 };
         let concerned = self.scenes.iter().enumerate().filter(|(_, scene)| {
             let acts = weighed.changes.iter().any(|change| change.acts_in(&scene.scene));
@@ -404,6 +415,15 @@ impl Search<'_> {
         let fully = |one: Weighed| self.weigh(made, one.changes, false);
         found.into_par_iter().filter_map(fully).collect()
     }
+}
+
+/// The force alone left out, its Jacobians kept, beside the force with them: other mistakes may be in all scenes that tell
+/// them apart.
+fn force_alone(lack: &Change) -> Vec<Change> {
+    let Place::Force(term) = lack.place else { return Vec::new() };
+    let has_jacobian = term.schema().depends_on().has_jacobian();
+    let alone = has_jacobian.then(|| candidates::factor(term, &[Quantity::Force], 0.0));
+    alone.into_iter().collect()
 }
 
 /// Whether nothing moves in a scene of rounds. Springs at rest move neither if forces are left out of the rounds.

@@ -472,9 +472,9 @@ fn is_rounded(scene: &Scene, wrong: &Wrong, step: u64) -> bool {
         return false;
     };
     let start = &wrong.expected[at_start];
-    let magnitudes =
-        Laws::new(scene).magnitudes(&start.positions, &start.velocities, before as f64 * h);
-    let kicks = scene.particles.iter().zip(&magnitudes);
+    let (x, v) = (&start.positions, &start.velocities);
+    let scales = Laws::new(scene).scales_of_rounded(x, v, before as f64 * h);
+    let kicks = scene.particles.iter().zip(&scales);
     let kick =
         kicks.fold(0.0_f64, |most, (particle, terms)| most.max(h * terms.force / particle.mass));
     let is_within = |a: &[f64], b: &[f64], bound: f64| {

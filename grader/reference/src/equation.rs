@@ -41,7 +41,8 @@
 use scene::Scene;
 use scene::schema::Convergence;
 
-use crate::laws::{Laws, Magnitude};
+use crate::law::Scale;
+use crate::laws::Laws;
 use crate::method::{Arithmetic, Method, Pair, Substep, Tableau};
 
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
@@ -215,14 +216,14 @@ impl Equation {
             let before = v.clone();
             if let Substep::Both(c) | Substep::Kick(c) = *substep {
                 let force = self.laws.force(&x, &v, time + drifted);
-                let magnitudes = self.laws.magnitudes(&x, &v, time + drifted);
+                let scales = self.laws.scales_of_rounded(&x, &v, time + drifted);
                 for dof in (0..size).filter(|dof| !self.fixed[dof / self.axes]) {
-                    let magnitude = magnitudes.get(dof / self.axes).copied().unwrap_or_default();
+                    let scale = scales[dof / self.axes];
                     let mass = self.masses[dof / self.axes];
                     given[dof] += c * h * force[dof];
-                    terms[dof] += c * h * magnitude.force;
-                    let by_position = c * h * magnitude.by_position;
-                    stiffness[dof] += c * h * (h * magnitude.by_position + magnitude.by_velocity);
+                    terms[dof] += c * h * scale.force;
+                    let by_position = c * h * scale.by_position;
+                    stiffness[dof] += c * h * (h * scale.by_position + scale.by_velocity);
                     // The intermediate state has rounding errors too.
                     if drifted > 0.0 {
                         terms[dof] += by_position * (from.x[dof].abs() + to.x[dof].abs());
@@ -289,7 +290,7 @@ impl Equation {
             terms.map(|((c, u), rounding)| (c * self.h).abs() * (u[dof].abs() + rounding)).sum()
         };
         for (stage, at) in tableau.stages.iter().zip(&states) {
-            let magnitudes = self.laws.magnitudes(&at.x, &at.v, time + stage.time() * self.h);
+            let scales = self.laws.scales_of_rounded(&at.x, &at.v, time + stage.time() * self.h);
             let largest = |of: &dyn Fn(usize) -> f64| (0..size).map(of).fold(0.0, f64::max);
             let of_velocity = largest(&|dof| {
                 let pushed = pushed(&of_forces, stage.velocity, dof) / mass(dof);
@@ -300,10 +301,8 @@ impl Equation {
                 from.x[dof].abs() + at.x[dof].abs() + moved(&of_velocities, stage.position, dof)
             });
             let of_force = |dof: usize| {
-                let magnitude = magnitudes.get(dof / self.axes).copied().unwrap_or_default();
-                magnitude.force
-                    + magnitude.by_position * of_position
-                    + magnitude.by_velocity * of_velocity
+                let scale = scales[dof / self.axes];
+                scale.force + scale.by_position * of_position + scale.by_velocity * of_velocity
             };
             of_forces.push((0..size).map(of_force).collect());
         }
@@ -385,7 +384,7 @@ impl Equation {
             Some(_) => self.laws.force(x, v, at),
             None => Vec::new(),
         };
-        let magnitudes = self.laws.magnitudes(x, v, at);
+        let scales = self.laws.scales_of_rounded(x, v, at);
         if linearized == Some(true) {
             let free = |dof: &usize| !self.fixed[dof / self.axes];
             let along = |scale: f64| -> Vec<f64> {
@@ -410,8 +409,7 @@ impl Equation {
                 continue;
             }
             let mass = self.masses[particle];
-            let Magnitude { force: terms, by_position, by_velocity } =
-                magnitudes.get(particle).copied().unwrap_or_default();
+            let Scale { force: terms, by_position, by_velocity, .. } = scales[particle];
             let stiffness = h * h * by_position + h * by_velocity;
             let mut rounding = mass * (sizes.v[dof] + to.v[dof].abs()) + h * terms;
             rounding += (mass + stiffness + 1.0) * SMALLEST;

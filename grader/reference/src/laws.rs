@@ -11,17 +11,6 @@ pub struct Laws {
     n_particles: usize,
 }
 
-/// Magnitudes of the terms of a particle's force and its derivatives, in the scene's units.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Magnitude {
-    /// Of a component of the force.
-    pub force: f64,
-    /// Of an entry of `∂F/∂x`.
-    pub by_position: f64,
-    /// Of an entry of `∂F/∂v`.
-    pub by_velocity: f64,
-}
-
 impl Laws {
     /// The laws of the scene's forces, in the order of the registry.
     ///
@@ -81,26 +70,20 @@ impl Laws {
         }
     }
 
-    /// The magnitudes for every particle.
-    pub fn magnitudes(&self, x: &[f64], v: &[f64], time: f64) -> Vec<Magnitude> {
-        let mut sums = Vec::new();
-        for (law, scene) in &self.parts {
-            let scales = Expectation::new(law, scene).scales_of_rounded(x, v, time);
-            sums.resize(scales.len(), Magnitude::default());
-            for (sum, scale) in sums.iter_mut().zip(&scales) {
-                sum.force += scale.force;
-                sum.by_position += scale.by_position;
-                sum.by_velocity += scale.by_velocity;
-            }
-        }
-        sums
-    }
-
     /// The scale of each particle's values, of all forces together.
     pub fn scales(&self, x: &[f64], v: &[f64], time: f64) -> Vec<Scale> {
+        self.sum_of_scales(|law| law.scales(x, v, time))
+    }
+
+    /// The same at a state that was rounded.
+    pub fn scales_of_rounded(&self, x: &[f64], v: &[f64], time: f64) -> Vec<Scale> {
+        self.sum_of_scales(|law| law.scales_of_rounded(x, v, time))
+    }
+
+    fn sum_of_scales(&self, part: impl Fn(&Expectation<'_>) -> Vec<Scale>) -> Vec<Scale> {
         let mut sums = vec![Scale::default(); self.n_particles];
         for (law, scene) in &self.parts {
-            let scales = Expectation::new(law, scene).scales(x, v, time);
+            let scales = part(&Expectation::new(law, scene));
             sums.iter_mut().zip(scales).for_each(|(sum, scale)| *sum += scale);
         }
         sums

@@ -103,20 +103,12 @@ struct AssignmentFile {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct EntryTable {
-    section: Option<SectionName>,
+    section: Option<Section>,
     groups: Option<Vec<String>>,
     integrators: Option<Vec<Spanned<String>>>,
     forces: Option<Vec<Spanned<String>>>,
     points: Option<Spanned<f64>>,
     solver: Option<SolverName>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum SectionName {
-    Required,
-    ExtraCredit,
-    Unscored,
 }
 
 /// One `[[feature]]`.
@@ -263,7 +255,7 @@ impl Assignment {
             let names = |words: Vec<Spanned<String>>| words.iter().map(integrator).collect();
             Ok(Entry {
                 line,
-                section: section.map(SectionName::section),
+                section,
                 groups,
                 integrators: integrators.map(names).transpose()?,
                 forces: tags.map(forces).transpose()?,
@@ -414,16 +406,6 @@ impl Entry {
         self.groups.as_ref().is_none_or(|groups| groups.contains(group))
             && self.integrators.as_ref().is_none_or(|names| names.contains(integrator))
             && self.forces.as_ref().is_none_or(has)
-    }
-}
-
-impl SectionName {
-    fn section(self) -> Section {
-        match self {
-            Self::Required => Section::Required,
-            Self::ExtraCredit => Section::ExtraCredit,
-            Self::Unscored => Section::Unscored,
-        }
     }
 }
 

@@ -24,7 +24,8 @@ use simulator::vocabulary;
 use crate::boundary::seal::hexadecimal;
 
 /// Whether a scene is required or earns extra credit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Section {
     /// Required.
     Required,

@@ -407,15 +407,19 @@ fn forces_between_particles_conserve_momentum_under_every_integrator() {
     }
 }
 
+/// Under forces that have no torque.
 #[test]
-fn symplectic_euler_conserves_angular_momentum_under_forces_that_do() {
-    // x' × v' = (x + h v') × v' = x × v', and the forces have no torque.
+fn only_symplectic_methods_conserve_angular_momentum() {
+    let conserving = ["symplectic-euler", "velocity-verlet", "implicit-midpoint"];
+    let others = ["explicit-euler", "linearized-implicit-euler", "implicit-euler"];
     let central = |schema: &ForceSchema| schema.conserves >= Conserves::AngularMomentum;
-    for dimensions in [2, 3] {
+    let runs = [2, 3]
+        .map(|dimensions| conserving.iter().chain(&others).map(move |name| (*name, dimensions)));
+    for (name, dimensions) in runs.into_iter().flatten() {
         let mut random = fastrand::Rng::with_seed(12);
         let elements = random_particles(&mut random, dimensions)
             + &random_forces(&mut random, dimensions, central);
-        let scene = scene("symplectic-euler", 0.005, 0.5, &elements);
+        let scene = scene(name, 0.005, 0.5, &elements);
         let angular = |[x, v]: &[Vec<f64>; 2]| -> (Vec<f64>, f64) {
             let planes = if dimensions == 2 { vec![(0, 1)] } else { vec![(0, 1), (1, 2), (2, 0)] };
             let terms = |(a, b): (usize, usize)| {
@@ -431,11 +435,13 @@ fn symplectic_euler_conserves_angular_momentum_under_forces_that_do() {
         let states = states(&scene);
         let (initial, _) = angular(&states[0]);
         assert!(largest(initial.clone()) > 0.1);
-        for (step, state) in states.iter().enumerate() {
+        let errors = states.iter().map(|state| {
             let (now, scale) = angular(state);
-            let error = largest_difference(&now, &initial) / scale;
-            assert!(error < 1e-13, "{dimensions} dimensions, step {step}: {error:e}");
-        }
+            largest_difference(&now, &initial) / scale
+        });
+        let error = largest(errors.collect::<Vec<_>>());
+        let expected = if conserving.contains(&name) { 0.0..1e-13 } else { 1e-5..f64::INFINITY };
+        assert!(expected.contains(&error), "{name} in {dimensions} dimensions: {error:e}");
     }
 }
 
@@ -457,40 +463,8 @@ fn oscillation(x: f64, v: f64, t: f64) -> [f64; 2] {
 }
 
 #[test]
-fn every_integrator_has_its_order() {
-    for kind in INTEGRATORS {
-        let IntegratorSchema { name, order, .. } = kind.schema;
-        let order = f64::from(order.with_velocity);
-        let error = |dt: f64| {
-            let states = states(&scene(name, dt, 1.0, OSCILLATOR));
-            let [x, v] = states.last().unwrap();
-            let [[x0, v0], [x1, v1]] = [oscillation(1.0, 0.25, 1.0), oscillation(-0.5, 2.0, 1.0)];
-            largest_difference(&[x[2], x[3], v[2], v[3]], &[x0, x1, v0, v1])
-        };
-        // Shorter for a low order, so that the next term of the error is small compared with the first one.
-        let dt = match kind.schema.order.with_velocity {
-            1 => 1.0 / 512.0,
-            2 | 3 => 1.0 / 128.0,
-            _ => 1.0 / 32.0,
-        };
-        let (coarse, fine) = (error(dt), error(0.5 * dt));
-        let slope = (coarse / fine).log2();
-        assert!(
-            (slope - order).abs() < 0.05,
-            "{name}: order {slope}, errors {coarse:e} and {fine:e}"
-        );
-        let least = 1e-3 * (0.5 * dt).powf(order);
-        assert!(fine > least, "{name}: an error so small is no order of {order}");
-    }
-}
-
-#[test]
-fn implicit_methods_agree_on_a_linear_problem() {
-    let [linearized, implicit] = ["linearized-implicit-euler", "implicit-euler"]
-        .map(|name| states(&scene(name, 0.125, 5.0, OSCILLATOR)).concat().concat());
-    let error = largest_difference(&linearized, &implicit);
-    assert!(error < 1e-14, "{error:e}");
-    // Newton's method has the solution after one iteration, and a second one to see that it has.
+fn newtons_method_solves_a_linear_problem_in_one_iteration() {
+    // And takes a second one to see that it has.
     let statistics = statistics(&scene("implicit-euler", 0.125, 5.0, OSCILLATOR));
     assert_eq!((statistics.newton_iterations, statistics.max_newton_iterations), (80, 2));
 }
@@ -505,8 +479,9 @@ fn implicit_methods_differ_on_a_nonlinear_problem() {
 
 #[test]
 fn steps_of_the_oscillator_follow_their_closed_recurrences() {
-    let (h, k, b, m) = (0.125, 6.0, 1.5, 2.0);
-    for name in names() {
+    let (h, b, m) = (0.125, 1.5, 2.0);
+    // On the spring, and by drag alone.
+    for (name, k) in names().flat_map(|name| [(name, 6.0), (name, 0.0)]) {
         let step = |[earlier_x, earlier_v]: [f64; 2], [x, v]: [f64; 2], is_first: bool| match name {
             "explicit-euler" => [x + h * v, v + h / m * (-k * x - b * v)],
             "symplectic-euler" => {
@@ -560,45 +535,13 @@ fn steps_of_the_oscillator_follow_their_closed_recurrences() {
         };
         let mut expected = [[1.0, 0.25], [-0.5, 2.0]];
         let mut earlier = expected;
-        for (i, [x, v]) in states(&scene(name, h, 5.0, OSCILLATOR)).into_iter().enumerate() {
+        let elements = OSCILLATOR.replace(r#"k="6""#, &format!(r#"k="{k}""#));
+        for (i, [x, v]) in states(&scene(name, h, 5.0, &elements)).into_iter().enumerate() {
             let found = [[x[2], v[2]], [x[3], v[3]]];
             let error = largest_difference(found.as_flattened(), expected.as_flattened());
-            assert!(error < 1e-13, "{name}, step {i}: {error:e}");
+            assert!(error < 1e-13, "{name}, k = {k}, step {i}: {error:e}");
             let next = [0, 1].map(|axis| step(earlier[axis], expected[axis], i == 0));
             earlier = std::mem::replace(&mut expected, next);
-        }
-    }
-}
-
-#[test]
-fn drag_scales_velocity_by_a_constant_factor() {
-    let (h, b, m) = (0.25, 0.5, 4.0);
-    let elements =
-        r#"<particle m="4" px="1" py="2" vx="3" vy="-4" fixed="0"/><dragdamping b="0.5"/>"#;
-    for name in names() {
-        let z: f64 = h * b / m;
-        let factor = match name {
-            "velocity-verlet" => 1.0 - z + z * z / 2.0,
-            "runge-kutta-4" => 1.0 - z + z.powi(2) / 2.0 - z.powi(3) / 6.0 + z.powi(4) / 24.0,
-            "implicit-midpoint" => (1.0 - z / 2.0) / (1.0 + z / 2.0),
-            "dormand-prince" => {
-                let taylor = 1.0 - z + z.powi(2) / 2.0 - z.powi(3) / 6.0 + z.powi(4) / 24.0;
-                taylor - z.powi(5) / 120.0 + z.powi(6) / 600.0
-            }
-            "linearized-implicit-euler" | "implicit-euler" | "projected-newton" | "bdf2" => {
-                1.0 / (1.0 + z)
-            }
-            _ => 1.0 - z,
-        };
-        // Of a one-step method, a power; of a two-step method, this for its first step alone.
-        let mut left = [1.0, factor];
-        for (i, [_, v]) in states(&scene(name, h, 10.0, elements)).iter().enumerate() {
-            if name == "bdf2" && i > 1 {
-                left = [left[1], (4.0 * left[1] - left[0]) / (3.0 + 2.0 * z)];
-            }
-            let left = if name == "bdf2" { left[i.min(1)] } else { factor.powi(i as i32) };
-            let expected = [3.0, -4.0].map(|v| v * left);
-            assert!(largest_difference(v, &expected) < 1e-14, "{name}, step {i}: {v:?}");
         }
     }
 }

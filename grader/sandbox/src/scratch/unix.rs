@@ -301,6 +301,17 @@ mod tests {
         assert!(!path.exists());
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn abandoned_folders_in_memory_are_removed() {
+        let held = scratch_folder_in_memory(1).unwrap();
+        let abandoned = held.path().with_extension("killed");
+        fs::create_dir_all(abandoned.join("run")).unwrap();
+        fs::write(abandoned.join(LOCK), "").unwrap();
+        sweep();
+        assert!(held.path().exists() && !abandoned.exists());
+    }
+
     #[test]
     fn scratch_folders_survive_concurrent_sweeps() {
         let place = tempfile::tempdir().unwrap();

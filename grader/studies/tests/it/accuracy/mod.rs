@@ -1,6 +1,5 @@
-//! Accuracy study: orders, planted mistakes, energies, momenta and references. No test depends on measured times.
+//! Accuracy study: orders, planted mistakes and references. No test depends on measured times.
 
-mod behaviour;
 mod planted;
 use simulator::integrator;
 use studies::accuracy::order;

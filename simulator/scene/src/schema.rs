@@ -89,10 +89,14 @@ impl ForceSchema {
         values
     }
 
+    /// Whether an element has undeformed corners.
+    pub fn is_element(&self) -> bool {
+        self.parameters.iter().any(|parameter| parameter.coordinate.is_some())
+    }
+
     /// Whether an element is a triangle with undeformed corners.
     pub fn is_triangle(&self) -> bool {
-        let has_corners = self.parameters.iter().any(|parameter| parameter.coordinate.is_some());
-        self.stencil.size() == 3 && has_corners
+        self.stencil.size() == 3 && self.is_element()
     }
 
     /// Whether scenes of this dimension may have it.

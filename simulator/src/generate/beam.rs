@@ -108,7 +108,7 @@ impl Generator for Beam {
 }
 
 /// The lattice points, in the order of their numbers.
-fn lattice([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+pub(super) fn lattice([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..=nx).flat_map(move |i| (0..=ny).flat_map(move |j| (0..=nz).map(move |k| [i, j, k])))
 }
 

@@ -1,9 +1,9 @@
-//! Builds a generated scene from particles, springs, triangles and a timeline.
+//! Builds a generated scene from particles, springs, elastic bodies and a timeline.
 
 use std::collections::HashSet;
 
 use super::error::GenerateErrorKind;
-use super::{MAX_PAIRS, MAX_PARTICLES, Material, Size, SpringLaw, Springs, Timeline};
+use super::{Body, MAX_PAIRS, MAX_PARTICLES, Size, SpringLaw, Springs, Timeline};
 use crate::vocabulary;
 use scene::schema::{Coordinate, Domain, ForceSchema};
 use scene::{
@@ -76,37 +76,37 @@ impl SceneBuilder {
         self.scene.edges.len() - 1
     }
 
-    /// A body of triangles at rest, and an edge on each of their sides. A particle has a third of the mass of its triangles.
-    pub(super) fn body(
+    /// A body of triangles in the plane or of tetrahedra, at rest, and an edge on each of their sides. A particle has its
+    /// share of the mass of its elements.
+    pub(super) fn body<const D: usize, const N: usize>(
         &mut self,
-        places: &[[f64; 2]],
-        triangles: impl Iterator<Item = [usize; 3]>,
+        places: &[[f64; D]],
+        elements: impl Iterator<Item = [usize; N]>,
         radius: f64,
-        material: &Material,
+        body: &Body,
     ) {
-        self.scene
-            .particles
-            .extend(places.iter().map(|[x, y]| particle(0.0, [*x, *y, 0.0], radius)));
-        let schema = material.force;
-        let given =
-            [("youngsmodulus", material.youngs_modulus), ("poissonratio", material.poisson_ratio)];
+        let whole = |place: &[f64; D]| std::array::from_fn(|axis| *place.get(axis).unwrap_or(&0.0));
+        self.scene.particles.extend(places.iter().map(|at| particle(0.0, whole(at), radius)));
+        let schema = body.force;
+        let given = [("youngsmodulus", body.youngs_modulus), ("poissonratio", body.poisson_ratio)];
         let mut sides = HashSet::new();
-        for corners in triangles {
+        for corners in elements {
             let rest = corners.map(|corner| places[corner]);
             let mut parameters = schema.values(&given);
             for (value, parameter) in parameters.iter_mut().zip(schema.parameters) {
-                if let Some(Coordinate { particle, axis: axis @ (0 | 1) }) = parameter.coordinate {
+                if let Some(Coordinate { particle, axis }) = parameter.coordinate
+                    && axis < D
+                {
                     *value = rest[particle][axis];
                 }
             }
             self.force(schema, corners[..].into(), None, parameters);
-            let [[x1, y1], [x2, y2], [x3, y3]] = rest;
-            let area = 0.5 * ((x2 - x1) * (y3 - y1) - (x3 - x1) * (y2 - y1)).abs();
+            let size = content(&rest);
             for corner in corners {
-                self.scene.particles[corner].mass += material.density * area / 3.0;
+                self.scene.particles[corner].mass += body.density * size / N as f64;
             }
-            let [i, j, k] = corners;
-            for [a, b] in [[i, j], [j, k], [k, i]] {
+            for [a, b] in SIDES.into_iter().filter(|side| side.iter().all(|end| *end < N)) {
+                let [a, b] = [corners[a], corners[b]];
                 if sides.insert([a.min(b), a.max(b)]) {
                     self.edge([a, b]);
                 }
@@ -204,6 +204,25 @@ impl SceneBuilder {
     ) {
         let location = Location::default();
         self.scene.forces.push(ForceElement { schema, particles, edge, parameters, location });
+    }
+}
+
+/// The sides of a tetrahedron; the first three are those of a triangle.
+const SIDES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+
+/// The area of a triangle in the plane, or the volume of a tetrahedron.
+fn content<const D: usize>(corners: &[[f64; D]]) -> f64 {
+    let edge = |corner: usize, axis: usize| corners[corner][axis] - corners[0][axis];
+    let minor = |first: usize, [a, b]: [usize; 2]| {
+        edge(first, a) * edge(first + 1, b) - edge(first + 1, a) * edge(first, b)
+    };
+    match D {
+        2 => 0.5 * minor(1, [0, 1]).abs(),
+        _ => {
+            let along = [(0, [1, 2]), (1, [2, 0]), (2, [0, 1])];
+            along.map(|(axis, others)| edge(1, axis) * minor(2, others)).iter().sum::<f64>().abs()
+                / 6.0
+        }
     }
 }
 

@@ -64,7 +64,7 @@ impl Generator for Disc {
             })
         });
         let radius = builder.set_drawing_scale(self.radius / n as f64);
-        builder.body(&places, triangles, radius, &self.material);
+        builder.body(&places, triangles, radius, &self.material.body());
         for particle in &mut builder.scene.particles {
             let [x, y, _] = particle.position;
             particle.velocity = [-self.spin * y, self.spin * x, 0.0];

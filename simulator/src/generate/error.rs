@@ -23,7 +23,7 @@ pub enum GenerateErrorKind {
     #[error("this scene would have {particles} particles, and may have at most {MAX_PARTICLES}")]
     TooManyParticles { particles: u64 },
     #[error(
-        "this scene would have {pairs} springs, triangles or pairs, and may have at most {MAX_PAIRS}"
+        "this scene would have {pairs} springs, elements or pairs, and may have at most {MAX_PAIRS}"
     )]
     TooManyPairs { pairs: u64 },
     #[error("duration {duration:?} s at a time step of {time_step:?} s is {steps:.1e} steps")]
@@ -40,7 +40,7 @@ pub enum GenerateErrorKind {
     Particle { what: &'static str, particle: usize, value: f64 },
     #[error("the rest length of a spring comes out as {value}")]
     RestLength { value: f64 },
-    #[error("a triangle comes out flat")]
+    #[error("an element comes out flat")]
     Flat,
     #[error("{bodies} bodies {min_distance} apart do not fit within a radius of {radius}")]
     NoRoom { bodies: u64, min_distance: f64, radius: f64 },

@@ -1,4 +1,4 @@
-//! Procedural scenes of any size: nets, chains, cloths, rings, beams, sheets, discs, ropes and bodies.
+//! Procedural scenes of any size: nets, chains, cloths, rings, beams, sheets, discs, blocks, ropes and bodies.
 //!
 //! A generator is a struct of options, and its [`Generator::scene`] is a pure function: the same options give the same
 //! [`Scene`], seed included. The [`options`](mod@options) are data, of which the program `simulate` makes the command line
@@ -17,6 +17,7 @@
 //! | [`Beam`] | a lattice clamped at one end (3D) | symplectic Euler |
 //! | [`Sheet`] | a rectangle of triangles, clamped, hung or stretched | implicit Euler |
 //! | [`Disc`] | a spinning disc of triangles | symplectic Euler |
+//! | [`Block`] | a box of tetrahedra, clamped, hung or stretched (3D) | implicit Euler |
 //! | [`Rope`] | a rope with bending that swings from a fixed end | implicit Euler |
 //! | [`Bodies`] | random bodies around a heavy one, in 2D or 3D | symplectic Euler |
 //!
@@ -36,6 +37,7 @@ pub mod options;
 mod timeline;
 
 mod beam;
+mod block;
 mod bodies;
 mod chain;
 mod cloth;
@@ -49,6 +51,7 @@ mod builder;
 mod random;
 
 pub use beam::Beam;
+pub use block::Block;
 pub use bodies::Bodies;
 pub use chain::Chain;
 pub use cloth::Cloth;
@@ -68,7 +71,7 @@ use scene::schema::{Domain, ForceSchema};
 /// The most particles a generated scene has.
 pub const MAX_PARTICLES: u64 = 1 << 20;
 
-/// The most springs, triangles, or pairs of bodies, a generated scene has.
+/// The most springs, elements of elastic bodies, or pairs of bodies, a generated scene has.
 pub const MAX_PAIRS: u64 = 1 << 22;
 
 /// A scene with its options.
@@ -92,7 +95,7 @@ pub trait Generator: Options {
 pub struct Size {
     /// Particles.
     pub particles: u64,
-    /// Springs, one an edge; triangles; bars of a rope; or pairs that attract each other.
+    /// Springs, one an edge; triangles; tetrahedra; bars of a rope; or pairs that attract each other.
     pub pairs: u64,
 }
 
@@ -137,7 +140,7 @@ impl SpringLaw {
     }
 }
 
-/// The edge of a sheet whose particles are fixed.
+/// The edge of a sheet, or the side of a block, whose particles are fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PinnedEdge {
     /// The left one.
@@ -154,7 +157,7 @@ impl PinnedEdge {
     /// Every value, its name and its description.
     pub const ALL: [(Self, &str, &str); 4] = [
         (Self::Left, "left", "The left one: a clamped beam"),
-        (Self::Top, "top", "The upper one: a hung sheet"),
+        (Self::Top, "top", "The upper one: it hangs"),
         (Self::Sides, "sides", "The left and the right one"),
         (Self::None, "none", "None"),
     ];
@@ -177,16 +180,61 @@ options! {
     }
 }
 
-/// The forces on triangles with undeformed corners, in the order of the registry.
-fn triangles() -> impl Iterator<Item = &'static ForceSchema> {
-    FORCES.iter().map(|kind| &kind.schema).filter(|schema| schema.is_triangle())
+/// The heading of the tetrahedra's options.
+const TETRAHEDRA: &str = "Tetrahedra";
+
+options! {
+    /// The material of all tetrahedra of a scene.
+    pub struct Solid {
+        /// Force of each tetrahedron.
+        force: &'static ForceSchema => OptionSpec::value("tetrahedron", "TAG").heading(TETRAHEDRA);
+        /// Young's modulus.
+        youngs_modulus: f64 => OptionSpec::number("modulus", "E", Domain::NonNegative).heading(TETRAHEDRA);
+        /// Poisson's ratio.
+        poisson_ratio: f64 => OptionSpec::number("poisson", "NU", Domain::SolidPoissonRatio).heading(TETRAHEDRA);
+        /// Mass of a cubic metre.
+        density: f64 => OptionSpec::number("density", "KG_PER_M3", Domain::Positive).heading(TETRAHEDRA);
+    }
+}
+
+/// The forces on elements with this many undeformed corners, in the order of the registry.
+fn elements(corners: usize) -> impl Iterator<Item = &'static ForceSchema> {
+    let schemas = FORCES.iter().map(|kind| &kind.schema);
+    schemas.filter(move |schema| schema.is_element() && schema.stencil.size() == corners)
+}
+
+/// The force of all elements of a body, and their mass.
+struct Body {
+    force: &'static ForceSchema,
+    youngs_modulus: f64,
+    poisson_ratio: f64,
+    /// Mass of a unit of area or volume.
+    density: f64,
 }
 
 impl Material {
     /// A material of the registry's first triangle.
     fn of(youngs_modulus: f64) -> Self {
-        let force = triangles().next().expect("the registry has a triangle");
+        let force = elements(3).next().expect("the registry has a triangle");
         Self { force, youngs_modulus, poisson_ratio: 0.3, density: 1.0 }
+    }
+
+    fn body(&self) -> Body {
+        let Self { force, youngs_modulus, poisson_ratio, density } = *self;
+        Body { force, youngs_modulus, poisson_ratio, density }
+    }
+}
+
+impl Solid {
+    /// A material of the registry's last tetrahedron, which may be crushed.
+    fn of(youngs_modulus: f64) -> Self {
+        let force = elements(4).last().expect("the registry has a tetrahedron");
+        Self { force, youngs_modulus, poisson_ratio: 0.3, density: 1000.0 }
+    }
+
+    fn body(&self) -> Body {
+        let Self { force, youngs_modulus, poisson_ratio, density } = *self;
+        Body { force, youngs_modulus, poisson_ratio, density }
     }
 }
 
@@ -250,6 +298,13 @@ pub static REGISTRY: &[GeneratorKind] = &[
         summary: "Spinning disc of triangles",
         details: "n rings about the centre make 1 + 3n(n+1) particles and 6n² triangles.",
         default: || Box::new(Disc::default()),
+    },
+    GeneratorKind {
+        name: "block",
+        summary: "Box of tetrahedra in three dimensions: a clamped beam, a hung or a stretched block",
+        details: "nx by ny by nz cells make (nx+1)(ny+1)(nz+1) particles and 6 nx ny nz tetrahedra of any force on \
+            tetrahedra. Each particle has a quarter of the mass of its tetrahedra.",
+        default: || Box::new(Block::default()),
     },
     GeneratorKind {
         name: "rope",

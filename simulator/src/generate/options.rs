@@ -1,7 +1,7 @@
 //! Options of generators as data: a program makes its command line of them.
 
 use super::error::{GenerateErrorKind, check};
-use super::{PinnedEdge, SpringLaw, triangles};
+use super::{PinnedEdge, SpringLaw, elements};
 use scene::Dimension;
 use scene::schema::{Domain, ForceSchema, IntegratorSchema};
 
@@ -105,10 +105,10 @@ macro_rules! choices {
 
 choices! { SpringLaw, PinnedEdge }
 
-/// A force on triangles with undeformed corners.
+/// A force on elements with undeformed corners, among those with as many corners.
 impl Choice for &'static ForceSchema {
     fn words(&self) -> Vec<(&'static str, &'static str)> {
-        triangles().map(|schema| (schema.tag, schema.title)).collect()
+        elements(self.stencil.size()).map(|schema| (schema.tag, schema.title)).collect()
     }
 
     fn word(&self) -> &'static str {
@@ -116,7 +116,7 @@ impl Choice for &'static ForceSchema {
     }
 
     fn choose(&mut self, word: &str) {
-        *self = triangles().find(|schema| schema.tag == word).unwrap_or(self);
+        *self = elements(self.stencil.size()).find(|schema| schema.tag == word).unwrap_or(self);
     }
 }
 

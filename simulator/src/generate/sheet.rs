@@ -68,7 +68,7 @@ impl Generator for Sheet {
             if (column + row) % 2 == 0 { [[a, b, d], [a, d, c]] } else { [[a, b, c], [b, d, c]] }
         });
         let radius = builder.set_drawing_scale(at(1, nx, self.width).min(at(1, ny, self.height)));
-        builder.body(&places, triangles, radius, &self.material);
+        builder.body(&places, triangles, radius, &self.material.body());
         for (number, particle) in builder.scene.particles.iter_mut().enumerate() {
             let (column, row) = (number % (nx + 1), number / (nx + 1));
             particle.position[0] *= self.stretch;

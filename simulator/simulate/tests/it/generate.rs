@@ -16,7 +16,8 @@ use scene::{
 use simulator::force::REGISTRY as FORCES;
 use simulator::generate::options::OptionValue;
 use simulator::generate::{
-    Beam, Bodies, Chain, Cloth, Disc, Generator, Net, PinnedEdge, REGISTRY, Ring, Rope, Sheet, Size,
+    Beam, Block, Bodies, Chain, Cloth, Disc, Generator, Net, PinnedEdge, REGISTRY, Ring, Rope,
+    Sheet, Size,
 };
 use simulator::simulation::Simulation;
 use simulator::vocabulary;
@@ -188,10 +189,28 @@ fn counted() -> Vec<(Box<dyn Generator>, Size)> {
         (Box::new(Sheet { nx: 5, ny: 3, ..Sheet::default() }), size(24, 30)),
         (Box::new(Disc { rings: 1, ..Disc::default() }), size(7, 6)),
         (Box::new(Disc { rings: 4, ..Disc::default() }), size(61, 96)),
+        (Box::new(Block { nx: 1, ny: 1, nz: 1, ..Block::default() }), size(8, 6)),
+        (Box::new(Block { nx: 4, ny: 3, nz: 2, ..Block::default() }), size(60, 144)),
         (Box::new(Rope { bars: 7, ..Rope::default() }), size(8, 7)),
         (Box::new(bodies(2, 0.0)), size(2, 1)),
         (Box::new(bodies(9, 1.0)), size(10, 45)),
     ]
+}
+
+/// The number of faces of tetrahedra that no other one has.
+fn faces(scene: &Scene) -> usize {
+    let mut outer = HashSet::new();
+    for element in scene.forces.iter().filter(|element| element.particles.len() == 4) {
+        for left_out in 0..4 {
+            let mut face = element.particles.to_vec();
+            face.remove(left_out);
+            face.sort_unstable();
+            if !outer.remove(&face) {
+                outer.insert(face);
+            }
+        }
+    }
+    outer.len()
 }
 
 #[test]
@@ -200,15 +219,16 @@ fn particles_and_springs_are_as_many_as_the_formulas_say() {
         let scene = generator.scene().unwrap();
         let what = format!("{}: {:?}", scene.name, scene.description);
         let pairs: Vec<[usize; 2]> = scene.forces.iter().filter_map(|force| force.pair()).collect();
-        let is_triangle = |force: &&ForceElement| force.schema.is_triangle();
-        let triangles = scene.forces.iter().filter(is_triangle).count();
+        let is_element = |force: &&ForceElement| force.schema.is_element();
+        let elements = scene.forces.iter().filter(is_element).count();
         assert_eq!(scene.particles.len() as u64, expected.particles, "{what}");
-        assert_eq!((pairs.len() + triangles) as u64, expected.pairs, "{what}");
+        assert_eq!((pairs.len() + elements) as u64, expected.pairs, "{what}");
         assert_eq!(generator.size().unwrap(), expected, "{what}");
         let n_edges = match scene.name.as_str() {
             "bodies" => 0,
             // Euler's formula: a mesh without a hole.
-            "sheet" | "disc" => scene.particles.len() + triangles - 1,
+            "sheet" | "disc" => scene.particles.len() + elements - 1,
+            "block" => scene.particles.len() + elements + faces(&scene) / 2 - 1,
             _ => pairs.len(),
         };
         assert_eq!(scene.edges.len(), n_edges, "{what}");
@@ -230,7 +250,7 @@ fn only_the_stretched_net_starts_under_tension() {
             let rest_length = force.parameter("l0");
             assert!((length - rest_length).abs() < 1e-11, "{}: {length}", kind.name);
         }
-        for force in scene.forces.iter().filter(|force| force.schema.is_triangle()) {
+        for force in scene.forces.iter().filter(|force| force.schema.is_element()) {
             let corners = force.particles.iter().map(|corner| scene.particles[*corner].position);
             assert_eq!(force.undeformed()[..], corners.collect::<Vec<_>>(), "{}", kind.name);
         }
@@ -331,6 +351,17 @@ fn bodies_of_every_triangle_have_their_mass_and_rest_state() {
         assert_calm(&of(&["sheet", "--pin", "top", "--duration", "0.5"]));
         assert_calm(&of(&["disc", "--duration", "0.5"]));
     }
+    for tag in ["stvktetrahedron", "corotatedtetrahedron", "neohookeantetrahedron"] {
+        for stretch in [1.0, 1.25] {
+            let (stretched, rest) = (stretch.to_string(), ["--gravity", "0", "--density", "3"]);
+            let own = ["block", "--tetrahedron", tag, "--height", "0.5", "--stretch", &stretched];
+            let block = parse(&generate(&[&own[..], &rest].concat()));
+            assert!((masses(&block)[0] - 3.0 * 0.5 * 0.25).abs() < 1e-12, "{tag}");
+            assert!(block.forces.iter().all(|force| force.schema.tag == tag));
+            let energy = Simulation::new(&block).energies().unwrap().potential;
+            assert_eq!(energy > 1.0, stretch > 1.0, "{tag}: {energy}");
+        }
+    }
     let fixed = |pinned| {
         let scene = Sheet { nx: 3, ny: 2, pinned, ..Sheet::default() }.scene().unwrap();
         let fixed = scene.particles.iter().enumerate().filter(|(_, particle)| particle.fixed);
@@ -387,6 +418,7 @@ fn the_time_step_is_shortened_for_larger_and_stiffer_scenes() {
         &["sheet", "--pin", "sides", "--stretch", "1.2", "--integrator", "symplectic-euler"],
         &["disc", "-n", "12", "--modulus", "1e4", "--duration", "0.2"],
         &["rope", "-n", "40", "--clamp", "--curl", "300", "--integrator", "symplectic-euler"],
+        &["block", "--modulus", "1e7", "--integrator", "symplectic-euler", "--duration", "0.1"],
     ] {
         assert_calm(&parse(&generate(options)));
     }
@@ -485,13 +517,15 @@ fn bad_options_are_refused_and_nothing_is_written() {
         (&["beam", "--nx", "1048576", "--ny", "1048576", "--nz", "1048576"], "particles, and may"),
         (&["beam", "--nz", "1048577"], "nz is 1048577, and must be from 1 to 1048576"),
         (&["bodies", "-n", "1"], "bodies is 1, and must be from 2"),
-        (&["bodies", "-n", "3000"], "springs, triangles or pairs, and may have at most"),
+        (&["bodies", "-n", "3000"], "springs, elements or pairs, and may have at most"),
         (&["bodies", "--min-distance", "3.5"], "16 bodies 3.5 apart do not fit"),
         (&["bodies", "--virial", "-1"], "virial is -1, and must be"),
         (&["bodies", "--dimension", "4"], "invalid value '4'"),
         (&["sheet", "--poisson", "-1"], "poisson is -1, and must be a finite number other than"),
         (&["sheet", "--triangle", "springforce"], "[possible values: elasticbodycstforce,"),
-        (&["sheet", "--width", "1e-17", "--nx", "1"], "a triangle comes out flat"),
+        (&["sheet", "--width", "1e-17", "--nx", "1"], "an element comes out flat"),
+        (&["block", "--poisson", "0.5"], "poisson is 0.5, and must be above -1 and below 0.5"),
+        (&["block", "--tetrahedron", "stvktriangle"], "[possible values: stvktetrahedron,"),
         (&["disc", "-n", "0"], "rings is 0, and must be from 1"),
         (&["rope", "-n", "1"], "bars is 1, and must be from 2"),
         (&["torus"], "unrecognized subcommand 'torus'"),

@@ -8,8 +8,8 @@
 //! the normal n has the share AMBIENT + (1 − AMBIENT) |n·L| of its colour (Lambert). Between vertices, the light is
 //! interpolated (Gouraud). Faces cover the vertices and edges in them.
 //!
-//! On request, the triangles of elastic bodies are filled, coloured by strain; they cover the vertices and edges in
-//! them.
+//! On request, the triangles of elastic bodies and the outer faces of tetrahedra are filled, coloured by strain; elements cover
+//! the vertices and edges in them.
 //!
 //! A trail (`<particlepath>`) fades over its duration. Memory is bounded: a trail keeps at most 2,000 points.
 
@@ -365,12 +365,14 @@ impl<'a> Painter<'a> {
         self.surface.cover(materials);
     }
 
-    /// Fills the triangles of elastic bodies, coloured by strain: the last colour is that of the strain `full`.
+    /// Fills the triangles of elastic bodies, and the outer faces of tetrahedra, coloured by strain: the last colour is that of
+    /// the strain `full`.
     pub fn set_strain(&mut self, full: f64) {
         let strain = Strain::of(self.scene, full);
-        for [i, j, k] in strain.triangles.iter().map(|triangle| triangle.corners) {
-            self.surface.particles.extend([i, j, k]);
-            self.surface.pairs.extend([[i, j], [j, k], [k, i]].map(|[a, b]| [a.min(b), a.max(b)]));
+        for corners in strain.elements.iter().map(|element| &element.corners) {
+            self.surface.particles.extend(corners);
+            let pairs = corners.iter().flat_map(|a| corners.iter().map(move |b| [*a, *b]));
+            self.surface.pairs.extend(pairs.filter(|[a, b]| a < b));
         }
         self.strain = Some(strain);
     }
@@ -454,10 +456,15 @@ impl<'a> Painter<'a> {
     ) {
         let dimension = self.scene.dimension.count();
         if let Some(strain) = &self.strain {
-            for triangle in &strain.triangles {
-                let color = strain.color(triangle, positions, dimension);
-                let corners = triangle.corners.map(|corner| (projected[corner], [0.0; 2], 1.0));
-                shapes.push(self.triangle(corners, Arc::new(Texture::plain(color))));
+            for element in &strain.elements {
+                if element.faces.is_empty() {
+                    continue;
+                }
+                let texture = Arc::new(Texture::plain(strain.color(element, positions, dimension)));
+                for face in &element.faces {
+                    let corners = face.map(|corner| (projected[corner], [0.0; 2], 1.0));
+                    shapes.push(self.triangle(corners, Arc::clone(&texture)));
+                }
             }
         }
     }
@@ -759,6 +766,30 @@ mod tests {
         };
         // At rest, and at a stretch of 1/0.8.
         assert_eq!([color(first), color(second)], [[68.0, 1.0, 84.0], [253.0, 231.0, 37.0]]);
+    }
+
+    /// Two tetrahedra on a common face.
+    #[test]
+    fn outer_faces_of_tetrahedra_are_filled() {
+        let scene = scene(
+            r#"<particle m="1" px="0" py="0" pz="0" vx="0" vy="0" vz="0" fixed="0"/>
+            <particle m="1" px="1" py="0" pz="0" vx="0" vy="0" vz="0" fixed="0"/>
+            <particle m="1" px="0" py="1" pz="0" vx="0" vy="0" vz="0" fixed="0"/>
+            <particle m="1" px="0" py="0" pz="1" vx="0" vy="0" vz="0" fixed="0"/>
+            <particle m="1" px="1" py="1" pz="1" vx="0" vy="0" vz="0" fixed="0"/>
+            <edge i="0" j="1"/> <edge i="1" j="2"/>
+            <stvktetrahedron i1="0" i2="1" i3="2" i4="3" youngsmodulus="1" poissonratio="0.3"/>
+            <neohookeantetrahedron i1="4" i2="2" i3="1" i4="3" youngsmodulus="1" poissonratio="0.3"
+              xb1x="0.8" xb1y="0.9"/>"#,
+        );
+        let mut bounds = Bounds::default();
+        bounds.include(&scene, &scene.positions());
+        let mut painter = Painter::new(&scene, [100, 100], bounds);
+        painter.set_strain(0.25);
+        let drawing = painter.draw(0.0, &scene.positions());
+        assert_eq!(drawing.shapes.len(), 6);
+        let is_face = |shape: &Shape| matches!(shape, Shape::Triangle { .. });
+        assert!(drawing.shapes.iter().all(is_face), "{drawing:?}");
     }
 
     /// A square in front of the camera, of two triangles, with a line from its corner; the left half of its texture is red,

@@ -1,13 +1,19 @@
-//! Strain of the triangles of elastic bodies, and its colours.
+//! Strain of the triangles and tetrahedra of elastic bodies, and its colours.
 //!
 //! ```text
-//! strain = max |σ − 1|    of the principal stretches σ1 ≥ σ2, the singular values of F
-//! σ1² + σ2² = tr G⁻¹H     σ1 σ2 = J     G, H the scalar products of two sides: undeformed, and now
+//! strain = max |σ − 1|    of the principal stretches σ1 ≥ σ2 ≥ σ3, the singular values of F
+//! triangle       σ1² + σ2² = tr G⁻¹H     σ1 σ2 = J     G, H the scalar products of two sides: undeformed, and now
+//! tetrahedron    σ² the roots of λ³ − I λ² + A λ − J²     I = tr G⁻¹H, A = tr(G N)/det G, of three sides
 //! ```
 //!
-//! In the plane, `J` is negative where a triangle is turned inside out, and `σ2` with it. The colour scale is matplotlib's
+//! `N` are the scalar products of the cross products of the sides. In the plane, `J` is negative where a triangle is turned
+//! inside out, and `σ2` with it; so are those of a tetrahedron and `σ3`. Of tetrahedra, the faces that no other one has are
+//! drawn. The colour scale is matplotlib's
 //! viridis (Smith and van der Walt, 2015), perceptually uniform, from violet for 0 to yellow; between nine of its colours,
 //! colours are interpolated.
+
+use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 use scene::{ForceElement, Scene};
 
@@ -26,41 +32,124 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
-/// The triangles of a scene's elastic bodies.
+/// The elements of a scene's elastic bodies.
 pub(crate) struct Strain {
-    pub(crate) triangles: Vec<Triangle>,
+    pub(crate) elements: Vec<Element>,
     /// The strain of the last colour.
     pub(crate) full: f64,
 }
 
-/// A triangle, and its sides while it is not deformed.
-pub(crate) struct Triangle {
-    pub(crate) corners: [usize; 3],
-    sides: Sides,
+/// An element of one colour.
+pub(crate) struct Element {
+    /// Its particles.
+    pub(crate) corners: Vec<usize>,
+    /// The triangles that are drawn, by their particles.
+    pub(crate) faces: Vec<[usize; 3]>,
+    rest: Shape,
+}
+
+/// A shape at rest.
+enum Shape {
+    Triangle(Sides),
+    Tetrahedron(Edges),
 }
 
 impl Strain {
     pub(crate) fn of(scene: &Scene, full: f64) -> Self {
-        let triangle = |element: &ForceElement| {
-            let corners = <[usize; 3]>::try_from(&element.particles[..]).ok()?;
+        let elements = || scene.forces.iter().filter(|element| element.schema.is_element());
+        let mut counts: HashMap<[usize; 3], usize> = HashMap::new();
+        for face in elements().flat_map(|element| faces(&element.particles)) {
+            *counts.entry(sorted(face)).or_default() += 1;
+        }
+        let element = |element: &ForceElement| {
             let undeformed = element.undeformed();
-            let sides = Sides::of([0, 1, 2].map(|corner| undeformed[corner]));
-            Some(Triangle { corners, sides })
+            let (rest, is_solid) = match undeformed[..] {
+                [a, b, c] => (Shape::Triangle(Sides::of([a, b, c])), false),
+                [a, b, c, d] => (Shape::Tetrahedron(Edges::of([a, b, c, d])), true),
+                _ => return None,
+            };
+            let mut faces = faces(&element.particles);
+            faces.retain(|face| !is_solid || counts[&sorted(*face)] == 1);
+            Some(Element { corners: element.particles.to_vec(), faces, rest })
         };
-        let elements = scene.forces.iter().filter(|element| element.schema.is_triangle());
-        Self { triangles: elements.filter_map(triangle).collect(), full }
+        Self { elements: elements().filter_map(element).collect(), full }
     }
 
-    /// The colour of a triangle.
-    pub(crate) fn color(
-        &self,
-        triangle: &Triangle,
-        positions: &[f64],
-        dimension: usize,
-    ) -> [u8; 3] {
-        let now = Sides::of(triangle.corners.map(|corner| point(positions, corner, dimension)));
-        color(triangle.sides.strain_of(&now, dimension == 2) / self.full)
+    /// The colour of an element.
+    pub(crate) fn color(&self, element: &Element, positions: &[f64], dimension: usize) -> [u8; 3] {
+        let at = |place: usize| point(positions, element.corners[place], dimension);
+        let strain = match &element.rest {
+            Shape::Triangle(rest) => rest.strain_of(&Sides::of([0, 1, 2].map(at)), dimension == 2),
+            Shape::Tetrahedron(rest) => rest.strain_of(&Edges::of([0, 1, 2, 3].map(at))),
+        };
+        color(strain / self.full)
     }
+}
+
+/// The faces of a tetrahedron, or a triangle.
+fn faces(corners: &[usize]) -> Vec<[usize; 3]> {
+    match *corners {
+        [a, b, c] => vec![[a, b, c]],
+        [a, b, c, d] => vec![[a, b, c], [a, b, d], [a, c, d], [b, c, d]],
+        _ => Vec::new(),
+    }
+}
+
+fn sorted(mut face: [usize; 3]) -> [usize; 3] {
+    face.sort_unstable();
+    face
+}
+
+/// The edges of a tetrahedron from its first corner.
+struct Edges([[f64; 3]; 3]);
+
+impl Edges {
+    fn of([a, b, c, d]: [[f64; 3]; 4]) -> Self {
+        Self([b, c, d].map(|end| [0, 1, 2].map(|axis| end[axis] - a[axis])))
+    }
+
+    /// The cross products of the other two.
+    fn normals(&self) -> [[f64; 3]; 3] {
+        let [u, v, w] = self.0;
+        [cross(v, w), cross(w, u), cross(u, v)]
+    }
+
+    /// The strain of a tetrahedron with these edges that has the edges `now`.
+    fn strain_of(&self, now: &Self) -> f64 {
+        let ([rest, rest_normals], [edges, normals]) =
+            ([self.0, self.normals()], [now.0, now.normals()]);
+        let determinant = dot(rest[0], rest_normals[0]);
+        // The sum of the products of the scalar products of each two.
+        let sum = |a: [[f64; 3]; 3], b: [[f64; 3]; 3]| -> f64 {
+            let pairs = (0..9).map(|place| (place / 3, place % 3));
+            pairs.map(|(i, j)| dot(a[i], a[j]) * dot(b[i], b[j])).sum::<f64>() / determinant.powi(2)
+        };
+        let (trace, areas) = (sum(rest_normals, edges), sum(rest, normals));
+        let volume = dot(edges[0], normals[0]) / determinant;
+        let mut stretches = roots(trace, areas, volume * volume).map(|root| root.max(0.0).sqrt());
+        stretches[2] *= volume.signum();
+        stretches.iter().map(|stretch| (stretch - 1.0).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// The roots of `λ³ − a λ² + b λ − c`, which are real: the largest first.
+fn roots(a: f64, b: f64, c: f64) -> [f64; 3] {
+    let mean = a / 3.0;
+    let p = (mean * mean - b / 3.0).max(0.0);
+    if p == 0.0 {
+        return [mean; 3];
+    }
+    let q = mean.powi(3) - 0.5 * mean * b + 0.5 * c;
+    let angle = (q / p.powf(1.5)).clamp(-1.0, 1.0).acos() / 3.0;
+    [0.0, -1.0, 1.0].map(|third| mean + 2.0 * p.sqrt() * (angle + third * TAU / 3.0).cos())
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// The scalar products of the sides `u` and `v` at the first corner, and the z coordinate of `u × v`.
@@ -72,7 +161,6 @@ struct Sides {
 impl Sides {
     fn of([a, b, c]: [[f64; 3]; 3]) -> Self {
         let [u, v] = [b, c].map(|end| [0, 1, 2].map(|axis| end[axis] - a[axis]));
-        let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum();
         Self { products: [dot(u, u), dot(u, v), dot(v, v)], turn: u[0] * v[1] - u[1] * v[0] }
     }
 
@@ -142,6 +230,36 @@ mod tests {
         // Inside out: −1 is two away from 1. In space, there is no inside.
         assert!((strain([1.0, -1.0], true) - 2.0).abs() < 1e-12);
         assert!(strain([1.0, -1.0], false).abs() < 1e-7);
+    }
+
+    #[test]
+    fn strain_of_a_tetrahedron_is_the_largest_change_of_a_principal_stretch() {
+        let rest = [[0.2, 0.1, 0.3], [1.3, 0.4, -0.1], [0.6, 1.2, 0.2], [0.4, 0.3, 1.1]];
+        // Stretches along axes that are turned, then turned again.
+        let turn = |angle: f64, [x, y, z]: [f64; 3]| {
+            let (sine, cosine) = angle.sin_cos();
+            let (x, y) = (cosine * x - sine * y, sine * x + cosine * y);
+            [x, cosine * y - sine * z, sine * y + cosine * z]
+        };
+        let strain = |stretches: [f64; 3]| {
+            let map = |corner: [f64; 3]| {
+                let turned = turn(0.7, corner);
+                turn(1.9, [0, 1, 2].map(|axis| stretches[axis] * turned[axis]))
+            };
+            Edges::of(rest).strain_of(&Edges::of(rest.map(map)))
+        };
+        for (stretches, expected) in [
+            ([1.0; 3], 0.0),
+            ([1.25, 0.9, 1.1], 0.25),
+            ([1.1, 0.6, 1.3], 0.4),
+            ([0.5; 3], 0.5),
+            ([1.0, 1.0, 0.0], 1.0),
+            ([1.2, 0.9, -0.8], 1.8),
+        ] {
+            let error = strain(stretches) - expected;
+            // Where roots coincide, rounding moves them by a root of it.
+            assert!(error.abs() < 1e-4, "{stretches:?}: {error:e}");
+        }
     }
 
     #[test]

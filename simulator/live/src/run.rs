@@ -24,6 +24,10 @@ use crate::worker::{Done, Job, State, Stopped, Worker};
 /// Tag of the wind.
 const WIND: &str = "windforce";
 
+/// Parameters of elastic bodies that are a modulus, and Poisson's ratio.
+const MODULI: [&str; 3] = ["youngsmodulus", "alpha", "stiffness"];
+const POISSON: &str = "poissonratio";
+
 /// Time steps, in seconds.
 const TIME_STEPS: RangeInclusive<f64> = 1e-9..=1e3;
 
@@ -44,6 +48,10 @@ pub(crate) struct Settings {
     stiffness: f64,
     /// Added to the damping of every spring.
     damping: f64,
+    /// Factor of the moduli of elastic bodies; `None` if there are none.
+    modulus: Option<f64>,
+    /// Poisson's ratio of the elements that have one; `None` if there are none.
+    poisson: Option<f64>,
     /// Strength of the wind; 0 if there is none.
     wind: f64,
 }
@@ -145,6 +153,8 @@ impl Settings {
             mass: 1.0,
             stiffness: 1.0,
             damping: 0.0,
+            modulus: scene.forces.iter().any(is_elastic).then_some(1.0),
+            poisson: poisson(scene),
             wind: wind(scene),
         }
     }
@@ -181,6 +191,15 @@ impl Settings {
         for force in &mut scene.forces {
             if force.schema.stencil == Stencil::Edge {
                 self.change(force);
+                continue;
+            }
+            for name in MODULI.into_iter().filter(|name| force.schema.has_parameter(name)) {
+                *force.parameter_mut(name) *= self.modulus.unwrap_or(1.0);
+            }
+            if let Some(ratio) = self.poisson.filter(|_| self.poisson != poisson(original))
+                && force.schema.has_parameter(POISSON)
+            {
+                *force.parameter_mut(POISSON) = ratio;
             }
         }
         if self.wind != wind(original) {
@@ -225,6 +244,16 @@ impl Settings {
             *spring.parameter_mut("b") += self.damping;
         }
     }
+}
+
+fn is_elastic(force: &ForceElement) -> bool {
+    MODULI.iter().any(|name| force.schema.has_parameter(name))
+}
+
+/// Poisson's ratio of the first element that has one.
+fn poisson(scene: &Scene) -> Option<f64> {
+    let mut with = scene.forces.iter().filter(|force| force.schema.has_parameter(POISSON));
+    with.next().map(|force| force.parameter(POISSON))
 }
 
 /// Strength of a scene's wind.
@@ -461,6 +490,7 @@ impl Failure {
 #[cfg(test)]
 mod tests {
     use scene::{ParseOptions, xml};
+    use simulator::generate::{Disc, Generator};
     use simulator::simulation::Simulation;
 
     use super::*;
@@ -540,6 +570,30 @@ mod tests {
         // A longer step continues at its nearest multiple.
         run.set(&changed(&run, |settings| settings.time_step = 0.04));
         assert_eq!((run.state.step, run.state.time), (3, 0.12));
+    }
+
+    #[test]
+    fn modulus_and_poissons_ratio_are_those_of_elastic_bodies() {
+        let scene = Disc { rings: 1, ..Disc::default() }.scene().unwrap();
+        let mut run = Run::new(Arc::new(scene.clone()), BUDGET);
+        assert_eq!((run.settings.modulus, run.settings.poisson), (Some(1.0), Some(0.3)));
+        run.set(&changed(&run, |settings| {
+            (settings.modulus, settings.poisson) = (Some(0.5), Some(0.2));
+        }));
+        let mut expected = scene;
+        for force in expected.forces.iter_mut().filter(|force| force.schema.is_triangle()) {
+            *force.parameter_mut("youngsmodulus") *= 0.5;
+            *force.parameter_mut("poissonratio") = 0.2;
+        }
+        let mut simulation = Simulation::new(&expected);
+        for _ in 0..5 {
+            advance(&mut run, Advance::Step);
+            simulation.advance().unwrap();
+        }
+        assert_eq!(run.positions(), simulation.state().positions);
+        // A scene of springs has neither.
+        let run = Run::new(Arc::new(self::scene()), BUDGET);
+        assert_eq!((run.settings.modulus, run.settings.poisson), (None, None));
     }
 
     #[test]

@@ -47,7 +47,7 @@ pub(super) struct FilmArgs {
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "800x600", value_parser = parse_size, help_heading = "Pictures")]
     size: [u32; 2],
 
-    /// Fill triangles of elastic bodies, coloured by strain: violet for 0, yellow for MAX and more
+    /// Fill triangles and tetrahedra of elastic bodies, coloured by strain: violet for 0, yellow for MAX and more
     #[arg(long, value_name = "MAX", value_parser = parse_strain, help_heading = "Pictures")]
     strain: Option<f64>,
 

@@ -220,7 +220,7 @@ Report.Live = class {
     this.playing = false;
     this.held = null;
     this.shown = { edges: true, particles: true, faces: true };
-    this.common = { mass: 1, stiffness: 1, damping: 0 };
+    this.common = { mass: 1, stiffness: 1, damping: 0, modulus: data.settings.modulus, poisson: data.settings.poisson };
     this.windy = data.settings.wind !== 0;
     this.strength = data.settings.wind || 1;
     this.pending = { reset: false, step: false };
@@ -254,7 +254,7 @@ Report.Live = class {
     const take = () => {
       const fits = input.checkValidity();
       input.setAttribute("aria-invalid", !fits);
-      refused.textContent = fits ? "" : `${label.replace(/ [^ ]*$/, "")} must be a number, 0 or more; the last one stays.`;
+      refused.textContent = fits ? "" : `${label.replace(/ [^ ]*$/, "")} must be a number${"min" in attributes ? ", 0 or more" : ""}; the last one stays.`;
       if (fits) set(Number(input.value));
     };
     input.addEventListener("change", take);
@@ -309,6 +309,8 @@ Report.Live = class {
       this.number("mass", "mass ×", 1, { min: 0 }, set("mass")),
       this.number("stiffness", "stiffness ×", 1, { min: 0 }, set("stiffness")),
       this.number("damping", "damping +", 0, { min: 0 }, set("damping")),
+      ...(this.common.modulus === null ? [] : [this.number("modulus", "modulus ×", 1, { min: 0 }, set("modulus"))]),
+      ...(this.common.poisson === null ? [] : [this.number("poisson", "ν", this.common.poisson, {}, set("poisson"))]),
       Report.element("fieldset", {}, box("wind", "wind, strength", this.windy, (checked) => {
         this.windy = checked;
         this.change();
@@ -325,7 +327,7 @@ Report.Live = class {
       Report.element("p", { class: "hint wide-row" },
         `Squares are fixed particles. Drag a particle to move it; drag the picture to ${how}; turn the wheel to zoom. Keys: space or k play, full stop step, r reset, ` +
         `w wind, e edges, m masses, ${this.data.scene.faces ? "f faces, " : ""}2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. ` +
-        "Mass is a factor of every particle's; stiffness is a factor, damping is added, of every spring."));
+        "Mass is a factor of every particle's; stiffness is a factor, damping is added, of every spring; modulus is a factor of every elastic body's."));
     host.append(this.host);
     this.chart = Report.chart(this.charts, { title: "Energy", xLabel: "t (s)", yLabel: "energy (J)", series: [] });
   }

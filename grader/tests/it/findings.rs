@@ -465,6 +465,23 @@ fn elements_that_differ_beside_wrong_positions_are_named() {
 }
 
 #[test]
+fn a_mistake_beside_numbers_read_in_single_precision_is_named() {
+    let change = candidate("springforce's elastic force has max(l − l0, 0) in the place of l − l0");
+    let found = findings_of(|scene| {
+        let mut seen = scene.clone();
+        for particle in &mut seen.particles {
+            let numbers = particle.position.iter_mut().chain(&mut particle.velocity);
+            let single = |value: &mut f64| *value = f64::from(*value as f32);
+            numbers.chain([&mut particle.mass]).for_each(single);
+        }
+        states(&seen, std::slice::from_ref(&change))
+    });
+    let reading = "reading the scene: the numbers of particles are rounded";
+    let sentences: Vec<String> = found.iter().map(Finding::sentence).collect();
+    assert_eq!(sentences, [reading, &*change.words]);
+}
+
+#[test]
 fn a_mistake_beside_a_missing_initial_state_is_named() {
     let change = candidate("gravitationalforce lacks the factor m_i");
     let without = |mut states: Vec<State>| states.split_off(1);

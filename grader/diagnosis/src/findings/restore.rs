@@ -275,9 +275,10 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
             let judged = scene.judged;
             let has_both =
                 || scene.kind.as_ref().is_some_and(|kind| is_everywhere && is_other(kind, undo));
-            // Masses are rounded in scenes that pass as well.
+            // Masses are rounded in scenes whose first states have few digits as well, whether they pass or not.
             let passed = scene.passed;
-            let is_rounded = passed && matches!(undo, Undo::Single { .. });
+            let has_states = scene.kind.as_ref().is_none_or(Kind::keeps_states);
+            let is_rounded = matches!(undo, Undo::Single { .. }) && has_states;
             let is_faulty = is_of_kind(scene) || has_both() || is_rounded;
             let undone = undo.undone(judged.scene, judged.states);
             let (scene, states) = undone.filter(|(_, states)| is_faulty && states.len() > 1)?;

@@ -111,7 +111,6 @@ pub(super) fn causes<'a>(scenes: &[Marked<'a>], limits: &'a Thresholds) -> Assig
         scene.is_set_aside = false;
     }
     best.explain_more();
-    best.drop_unlikely_methods();
     best.drop_all(Search::is_unlikely);
     let Search { scenes, found: mut causes, .. } = best;
     for cause in &mut causes {
@@ -420,17 +419,6 @@ impl<'a> Search<'a> {
             });
     }
 
-    /// Where a method that steps as another one is unlikely, the next change that explains the same scenes stands for it.
-    fn drop_unlikely_methods(&mut self) {
-        for number in 0..self.found.len() {
-            let cause = &self.found[number];
-            let is_replaced = matches!(cause.change().effect, Effect::Method(_, Rule::Replaced(_)));
-            if is_replaced && cause.alternatives.len() > 1 && self.is_unlikely(cause) {
-                self.found[number].alternatives.remove(0);
-            }
-        }
-    }
-
     /// Drops such mistakes. What a dropped mistake explained, alone or with others, is unexplained again.
     fn drop_all(&mut self, is_dropped: fn(&Self, &Cause) -> bool) {
         let gone = self.found.iter().filter(|cause| is_dropped(self, cause));
@@ -518,18 +506,18 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Terms that are wrong whatever this change is: all scenes with one are left wrong, and in several it does not act.
+    /// Terms that are wrong whatever this change is: no scene with one is right, and several are left wrong in which it does
+    /// not act.
     fn wrong_otherwise(&self, change: &Change) -> BTreeSet<Term> {
-        let judged = || self.scenes.iter().filter(|scene| scene.is_settled() || scene.is_suspect());
-        let left = judged().filter(|scene| scene.is_left() && !change.acts_in(&scene.scene));
+        let left = self.scenes.iter().filter(|scene| scene.is_left());
         let mut count: HashMap<Term, usize> = HashMap::new();
-        for term in left.flat_map(|scene| super::terms(&scene.scene)) {
-            *count.entry(term).or_default() += 1;
+        for scene in left.filter(|scene| !change.acts_in(&scene.scene)) {
+            for term in super::terms(&scene.scene) {
+                *count.entry(term).or_default() += 1;
+            }
         }
-        let right: BTreeSet<Term> = judged()
-            .filter(|scene| !scene.is_left())
-            .flat_map(|scene| super::terms(&scene.scene))
-            .collect();
+        let right = self.scenes.iter().filter(|scene| scene.is_settled());
+        let right: BTreeSet<Term> = right.flat_map(|scene| super::terms(&scene.scene)).collect();
         let several = count.into_iter().filter(|(_, count)| *count >= super::FEW);
         several.map(|(term, _)| term).filter(|term| !right.contains(term)).collect()
     }

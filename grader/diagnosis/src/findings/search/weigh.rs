@@ -200,15 +200,8 @@ impl Search<'_> {
                     // What explains the same scenes, by a change in another place.
                     let is_same = one.explained.is_superset(&best.explained);
                     let known = || std::iter::once(&*best).chain(others.iter());
-                    // A rule of a method, and another method in its place, are two statements.
-                    let replaces = |change: &Change| {
-                        matches!(change.effect, Effect::Method(_, Rule::Replaced(_)))
-                    };
-                    let is_in_place = |known: &&Weighed| {
-                        let known = &known.changes[0];
-                        known.place == change.place && replaces(known) == replaces(change)
-                    };
-                    let in_place = known().filter(is_in_place).count();
+                    let in_place =
+                        known().filter(|known| known.changes[0].place == change.place).count();
                     // Of a task, the student should know each change that makes the same positions.
                     let [most, most_others] = match is_of_rounds(change) {
                         true => [2, Task::ALL.len()],

@@ -13,12 +13,32 @@ use grader::grading::{self, Grading};
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Case, Suite};
+use scene::Scene;
 use scene::schema::Family;
 use scene::trace::State;
 
-/// Rows of the correct student and of every mistake, or of those with this subject; `suite` must contain only scenes that
-/// the student supports.
+/// Rows of the correct student and of every mistake, or of those with this subject: on the scenes of the plane and on
+/// those of space, by themselves.
 pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric, subject: Option<&str>) -> Vec<Row> {
+    let of = |knows: fn(&Scene) -> bool, description: &'static str, mistakes: Vec<Mistake>| {
+        let cases = suite.cases.iter().filter(|case| knows(&case.scene)).cloned().collect();
+        let part = Suite { cases, sections: suite.sections.clone(), warnings: Vec::new() };
+        let mut mistakes = mistake::possible(&part, mistakes);
+        mistakes.retain(|mistake| subject.is_none_or(|subject| mistake.subject == subject));
+        rows_of(&part, oracle, rubric, description, &mistakes)
+    };
+    let mut rows = of(is_known, "as it is", mistake::all());
+    rows.extend(of(student::knows_in_space, "as it is, in space", mistake::in_space()));
+    rows
+}
+
+fn rows_of(
+    suite: &Suite,
+    oracle: &Oracle,
+    rubric: &Rubric,
+    description: &'static str,
+    mistakes: &[Mistake],
+) -> Vec<Row> {
     let faultless = Student::faultless();
     let judge = |student: &Student, case: &Case, criteria: Criteria| {
         grading::judge(case, oracle, criteria, || Ok(Box::new(student.simulate(&case.scene))))
@@ -36,7 +56,7 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric, subject: Option<&st
         .collect();
     let mut rows = vec![Row {
         subject: "the second simulator".to_owned(),
-        description: "as it is".to_owned(),
+        description: description.to_owned(),
         language: LANGUAGE.to_owned(),
         expectation: Expectation::Correct,
         result: Outcome::Graded(Graded::of(&correct)),
@@ -58,8 +78,6 @@ pub fn rows(suite: &Suite, oracle: &Oracle, rubric: &Rubric, subject: Option<&st
             result: Outcome::Graded(Graded::of(&grading)),
         }
     };
-    let mut mistakes = mistake::possible(suite, mistake::all());
-    mistakes.retain(|mistake| subject.is_none_or(|subject| mistake.subject == subject));
     rows.extend(mistakes.par_iter().map(row).collect::<Vec<Row>>());
     rows
 }
@@ -82,10 +100,12 @@ pub fn of_two(
 /// The second simulator is written in Rust, and built with the grader.
 const LANGUAGE: &str = "Rust";
 
-/// Keeps the scenes of a suite that the student supports, except those under methods that minimise: no steps of these are
+/// Keeps the scenes of a suite that the student supports in the plane, except those under methods that minimise: no steps of these are
 /// redone to find a cause.
 pub fn known(suite: &mut Suite) {
-    suite.cases.retain(|Case { scene, .. }| {
-        student::knows(scene) && scene.integrator.family != Family::Minimization
-    });
+    suite.cases.retain(|case| is_known(&case.scene));
+}
+
+fn is_known(scene: &Scene) -> bool {
+    student::knows(scene) && scene.integrator.family != Family::Minimization
 }

@@ -10,6 +10,7 @@
 //! linearized, implicit    (M − h² ∂F/∂q − h ∂F/∂v) δ = −M (u − v) + h F(q + h u, u),  u ← u + δ
 //! projected Newton        student/projected_newton.rs
 //! elastic bodies          student/elastic.rs
+//! those in space          student/space.rs, by the same methods without deviations
 //! fast mass-spring        student/fast_mass_spring.rs
 //! ```
 //!
@@ -23,6 +24,7 @@
 mod elastic;
 mod fast_mass_spring;
 mod projected_newton;
+mod space;
 
 use std::ops::Index;
 
@@ -39,6 +41,11 @@ use grader::verdict::Failure;
 pub(crate) use elastic::{Hinge, NineBlocks, Three, Triangle, cross, path_length};
 pub(crate) use fast_mass_spring::{FastMassSpring, wind};
 pub(crate) use projected_newton::{ProjectedNewton, largest, largest_row};
+pub use space::knows_in_space;
+pub(crate) use space::{
+    Fold, Gradient, Lame, Simplex, Solids, Square, area, cofactors, corotated_stress, polar,
+    rotation_along, second_stress, strain, strain_along,
+};
 
 pub(crate) type Vec2 = Vector2<f64>;
 pub(crate) type Vec3 = Vector3<f64>;
@@ -267,6 +274,7 @@ pub struct Student {
     pub(crate) hinge_dx: Hinge,
     pub(crate) triangle: Triangle,
     pub(crate) triangle_dx: Triangle,
+    pub(crate) solids: Solids,
     pub(crate) explicit: Explicit,
     pub(crate) symplectic: Explicit,
     pub(crate) linearized: Implicit,
@@ -352,7 +360,7 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
     -p["k"] * (pair.l() - p["l0"]) * pair.n()
 }
 
-/// Whether the student supports the scene: fast mass-spring without acceleration; otherwise two dimensions, with the
+/// Whether the student supports the scene, but for those [in space](knows_in_space): fast mass-spring without acceleration; otherwise two dimensions, with the
 /// methods and forces below, and without error control. The simulator's tests compare other scenes with other references.
 pub fn knows(scene: &Scene) -> bool {
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
@@ -540,6 +548,7 @@ impl Student {
             hinge_dx: Hinge::FAULTLESS,
             triangle: Triangle::FAULTLESS,
             triangle_dx: Triangle::FAULTLESS,
+            solids: Solids::faultless(),
             explicit,
             symplectic: Explicit { position: |q, _, new, h| q + h * new, ..explicit },
             linearized: Implicit { max_iterations: 1, ..implicit },
@@ -565,7 +574,7 @@ impl Student {
     /// The states of a scene, computed lazily.
     ///
     /// # Panics
-    /// If it does not [support](knows) the scene.
+    /// If it does not support the scene, [in the plane](knows) or [in space](knows_in_space).
     pub fn simulate(&self, scene: &Scene) -> Run {
         let mut scene = scene.clone();
         (self.read)(&mut scene);
@@ -575,6 +584,7 @@ impl Student {
             StepEquation::LocalGlobal => {
                 Box::new(fast_mass_spring::Net::new(self.fast_mass_spring, scene))
             }
+            _ if knows_in_space(&scene) => Box::new(space::Space::new(self.solids, scene)),
             _ => Box::new(Plane::new(self.clone(), scene)),
         };
         Run { motion, time_step, next_state: 0, n_steps }

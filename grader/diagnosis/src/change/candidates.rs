@@ -9,6 +9,7 @@ use scene::schema::{Masses, ParameterSchema, StepEquation};
 use scene::{Dimension, ForceElement, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
+use super::element::{Misread, Weight};
 use super::elimination::Slip;
 use super::expression::{Expression, Function, Leaf};
 use super::forms::Forms;
@@ -564,6 +565,16 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 1,
             );
         }
+        for [i, j] in (0..names.len()).flat_map(|j| (0..j).map(move |i| [i, j])) {
+            let words = format!("has those on {} and {} exchanged", names[i], names[j]);
+            add(force, &words, Effect::Ends(term, Ends::Exchanged([i, j])), 1);
+        }
+        for (weight, words) in Weight::all(term.schema()) {
+            add(force, words, Effect::Weight(term, FORCE, weight), 2);
+            let both = format!("{words}{IN_JACOBIANS}");
+            add(force, &both, Effect::Weight(term, &Quantity::ALL, weight), 2);
+            add(Quantity::ByPosition, words, Effect::Weight(term, BY_POSITION, weight), 2);
+        }
     } else {
         for (particles, words) in [
             (Particles::First, "acts on the first particle only"),
@@ -694,6 +705,12 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 blocks.push((Blocks::OneSided(row), words));
             }
             let pairs = (0..names.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
+            if !is_pair {
+                blocks.extend([
+                    (Blocks::Upper, "lacks its blocks below the diagonal".to_owned()),
+                    (Blocks::Lower, "lacks its blocks above the diagonal".to_owned()),
+                ]);
+            }
             for pair in pairs.filter(|_| !is_pair) {
                 let [i, j] = pair.map(|place| names[place]);
                 let words = format!("lacks its blocks between particles {i} and {j}");
@@ -1502,6 +1519,9 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                     format!("{tag} takes the number of its edge for that of {what} particle");
                 add(whole, SceneRule::EdgeAsParticle(tag, end), 2, words);
             }
+        }
+        for (misread, words) in Misread::all(schema) {
+            add(whole, SceneRule::Misread(tag, misread), 2, format!("{tag} {words}"));
         }
         for parameter in schema.parameters.iter().filter(is_of_scene) {
             let name = parameter.name;

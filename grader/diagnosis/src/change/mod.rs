@@ -17,6 +17,7 @@
 
 pub mod candidates;
 pub mod edit;
+pub mod element;
 pub mod elimination;
 pub mod expression;
 pub mod forms;
@@ -37,6 +38,7 @@ use scene::schema::{Dependence, ForceSchema, Matrix};
 use scene::{ForceElement, Scene};
 use simulator::force;
 
+use element::{Misread, Weight};
 use elimination::Slip;
 use expression::Expression;
 use gate::Gate;
@@ -300,6 +302,8 @@ pub enum Effect {
     Start(Term, &'static [Quantity], Start),
     /// Some elements of a term or of all parts of a force, of a field some particles, have a factor of their own.
     Gate(Term, &'static [Quantity], Gate),
+    /// Another weight of some quantities of each element.
+    Weight(Term, &'static [Quantity], Weight),
     /// A coefficient or rule of an integrator.
     Method(&'static str, Rule),
     /// Fixed particles.
@@ -319,6 +323,7 @@ impl Effect {
             Self::Factor(_, quantities, _)
             | Self::Start(_, quantities, _)
             | Self::Gate(_, quantities, _)
+            | Self::Weight(_, quantities, _)
             | Self::Masses(_, quantities, _) => quantities,
             Self::Formula(_, quantity, _)
             | Self::Blocks(_, quantity, _)
@@ -426,6 +431,8 @@ pub enum Ends {
     Second,
     /// On all particles of an element but the one at this place.
     Without(usize),
+    /// On the particles at these places, each that on the other.
+    Exchanged([usize; 2]),
     /// The same on both.
     Same,
     /// One component of the force on one of them is multiplied by a number: place, component.
@@ -457,6 +464,10 @@ pub enum Blocks {
     WithoutRow(usize),
     /// All but the column of the particle at this place.
     WithoutColumn(usize),
+    /// Those on and above the diagonal.
+    Upper,
+    /// Those on and below it.
+    Lower,
     /// `k, −kᵀ; −kᵀ, k`.
     CrossTransposed,
     /// The transpose of the whole matrix.
@@ -952,6 +963,8 @@ pub enum SceneRule {
     ParameterAs(&'static str, &'static str, &'static str),
     /// Two parameters are read each as the other.
     Exchanged(&'static str, [&'static str; 2]),
+    /// Each element of a force is read so.
+    Misread(&'static str, Misread),
     /// Each element of a force has the parameters of the first one, or of the last one.
     ParametersOfOne {
         /// The force's tag.

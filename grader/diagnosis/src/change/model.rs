@@ -9,6 +9,7 @@ use scene::schema::{Convergence, Matrix};
 use scene::trace::State;
 use scene::{self, ForceElement, Parameters, Scene};
 
+use super::element::Weight;
 use super::elimination::Slip;
 use super::expression::{Direction, Expression, Inputs};
 use super::forms::{self, Forms};
@@ -134,6 +135,7 @@ pub(super) struct TermModel {
     softening: Option<Softening>,
     read: Option<Read>,
     gate: Option<(&'static [Quantity], Gate)>,
+    weight: Option<(&'static [Quantity], Weight)>,
     /// The one element that acts, and in a field the one particle.
     only: Option<(usize, Option<usize>)>,
     /// The law of a force without a formula.
@@ -436,6 +438,7 @@ impl Model {
             | Effect::Masses(term, ..)
             | Effect::Read(term, _)
             | Effect::Gate(term, ..)
+            | Effect::Weight(term, ..)
             | Effect::Start(term, ..)) => {
                 let of_it = self.terms.iter_mut().filter(|model| term.includes(model.term));
                 of_it.for_each(|model| model.make(effect));
@@ -592,6 +595,7 @@ impl Model {
             | Effect::Masses(term, ..)
             | Effect::Read(term, _)
             | Effect::Gate(term, ..)
+            | Effect::Weight(term, ..)
             | Effect::Start(term, ..) => *term,
             Effect::Method(..)
             | Effect::Fixed(_)
@@ -691,7 +695,8 @@ impl Model {
             if let Some(ends) = evaluation.ends {
                 ends.change(particles, forces);
             }
-            let weight = self.gate_factor(model, Quantity::Force, element, particles, [x, v]);
+            let weight = self.gate_factor(model, Quantity::Force, element, particles, [x, v])
+                * self.size_weight(model, Quantity::Force, element, x);
             if weight == 0.0 {
                 return;
             }
@@ -749,7 +754,8 @@ impl Model {
             let pair = [row, column];
             let particles =
                 if element.particles.is_empty() { &pair[..1] } else { &element.particles };
-            let weight = self.gate_factor(model, quantity, element, particles, [x, v]);
+            let weight = self.gate_factor(model, quantity, element, particles, [x, v])
+                * self.size_weight(model, quantity, element, x);
             if weight == 0.0 {
                 return;
             }
@@ -878,6 +884,28 @@ impl Model {
             particles: &[particle],
             state: &|particle| [self.vector(&at.x, particle), self.vector(&at.v, particle)],
         })
+    }
+
+    /// The factor that an element's value has by its sizes.
+    fn size_weight(
+        &self,
+        model: &TermModel,
+        quantity: Quantity,
+        element: &Element,
+        x: &[f64],
+    ) -> f64 {
+        let Some((quantities, weight)) = model.weight else { return 1.0 };
+        if !quantities.contains(&quantity) {
+            return 1.0;
+        }
+        let of = &self.scene.forces[element.place];
+        let mut rest: Vec<Vector3<f64>> = of.undeformed().iter().map(|x| (*x).into()).collect();
+        if rest.is_empty() {
+            let start = |particle: &usize| self.scene.particles[*particle].position.into();
+            rest = of.particles.iter().map(start).collect();
+        }
+        let now = of.particles.iter().map(|particle| self.vector(x, *particle));
+        weight.of(of.schema, &rest, &now.collect::<Vec<_>>())
     }
 
     /// The factor that an element's value has beside others of its force.
@@ -1033,6 +1061,7 @@ impl TermModel {
             }
             Effect::Read(_, read) => self.read = Some(*read),
             Effect::Gate(_, quantities, gate) => self.gate = Some((quantities, *gate)),
+            Effect::Weight(_, quantities, weight) => self.weight = Some((quantities, *weight)),
             Effect::Start(_, quantities, start) => {
                 for quantity in *quantities {
                     self.evaluations[index(*quantity)].start = Some(*start);
@@ -1277,6 +1306,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             softening: None,
             read: None,
             gate: None,
+            weight: None,
             only: None,
             law: forms.is_none().then(law),
         }
@@ -1295,6 +1325,7 @@ impl Ends {
             Self::First => keep(forces, &|place| place == 0),
             Self::Second => keep(forces, &|place| place == 1),
             Self::Without(left_out) => keep(forces, &|place| place != left_out),
+            Self::Exchanged([one, other]) => forces.swap(one, other),
             Self::Same => forces.fill(forces[0]),
             Self::Scaled(place, axis, factor) => forces[place][axis] *= factor,
             Self::ByNumber if particles[0] > particles[1] => {
@@ -1316,6 +1347,8 @@ impl Blocks {
                 Self::Own => row != column,
                 Self::Only(kept) => [row, column] != [kept; 2],
                 Self::Cross => row == column,
+                Self::Upper => row > column,
+                Self::Lower => row < column,
                 Self::Without([i, j]) | Self::WithoutRelative([i, j], _) => {
                     [row, column] == [i, j] || [row, column] == [j, i]
                 }
@@ -1498,6 +1531,12 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 let values = [element.parameter(one), element.parameter(other)];
                 *element.parameter_mut(one) = values[1];
                 *element.parameter_mut(other) = values[0];
+            }
+        }
+        SceneRule::Misread(tag, misread) => {
+            let Scene { particles, forces, .. } = scene;
+            for element in forces.iter_mut().filter(|element| of(tag)(element)) {
+                misread.read(element, particles);
             }
         }
         SceneRule::ParametersOfOne { tag, last } => {

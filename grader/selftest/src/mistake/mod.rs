@@ -19,13 +19,14 @@ mod foreign;
 mod integrator;
 mod jacobian;
 mod projected_newton;
+mod space;
 
 use diagnosis::findings::{Family, Feature, Part};
 use grader::suite::{Case, Suite};
 use scene::Scene;
 use scene::schema::{self, Convergence, Matrix, StepEquation};
 
-use super::student::{Coefficient, Student};
+use super::student::{Coefficient, Student, knows_in_space};
 
 /// Part of a simulator with a mistake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,6 +124,8 @@ pub struct Mistake {
     /// 45 course scenes available here also miss others.)
     pub missed_by_the_course: bool,
     scope: Scope,
+    /// Whether it is in the student's steps in space, which no other mistake is in.
+    is_in_space: bool,
     plant: Box<dyn Fn(&mut Student) + Send + Sync>,
 }
 
@@ -153,6 +156,9 @@ impl Mistake {
 
     /// Whether it can have an effect on this scene.
     pub fn can_matter_on(&self, scene: &Scene) -> bool {
+        if self.is_in_space != knows_in_space(scene) {
+            return false;
+        }
         let is_of_method = matches!(self.scope, Scope::Integrator(_) | Scope::Within(..));
         if is_of_method || scene.integrator.equation != StepEquation::LocalGlobal {
             return self.scope.contains(scene);
@@ -203,6 +209,7 @@ impl Subject {
             description,
             missed_by_the_course: false,
             scope: self.scope,
+            is_in_space: false,
             plant: Box::new(plant),
         }
     }
@@ -243,7 +250,13 @@ pub fn foreign() -> Vec<Mistake> {
     foreign::mistakes()
 }
 
-/// Every mistake, by area and subject.
+/// Those with elastic bodies in space, which show in scenes of space alone.
+pub fn in_space() -> Vec<Mistake> {
+    let mistakes = space::mistakes().into_iter();
+    mistakes.map(|mistake| Mistake { is_in_space: true, ..mistake }).collect()
+}
+
+/// Every other mistake, by area and subject.
 pub fn all() -> Vec<Mistake> {
     let [mut forces, mut jacobians, mut integrators] =
         [force::mistakes(), jacobian::mistakes(), integrator::mistakes()];

@@ -380,6 +380,7 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         | Effect::Particles(term, quantity, _) => Some((*term, *quantity)),
         Effect::Factor(term, quantities, _)
         | Effect::Start(term, quantities, _)
+        | Effect::Weight(term, quantities, _)
         | Effect::Masses(term, quantities, _) => Some((*term, quantities[0])),
         Effect::Derived(term, _)
         | Effect::Ends(term, _)

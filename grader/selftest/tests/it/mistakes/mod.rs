@@ -60,7 +60,14 @@ fn own_suite() -> Suite {
     suite
 }
 
-/// Every scene that the student supports.
+/// Every scene that the student supports in space.
+fn space_suite() -> Suite {
+    let mut suite = suite();
+    suite.cases.retain(|case| student::knows_in_space(&case.scene));
+    suite
+}
+
+/// Every scene that the student supports in the plane.
 fn whole_suite() -> Suite {
     let mut suite = suite();
     suite.cases.retain(|case| student::knows(&case.scene));
@@ -86,7 +93,8 @@ fn the_second_implementation_agrees_on_every_scene() {
         let fault = format!("{}: {}, {excess:e} times the tolerance", case.id, comparison.verdict);
         (!comparison.verdict.is_pass()).then_some(fault)
     };
-    let faults: Vec<String> = own_suite().cases.par_iter().filter_map(disagree).collect();
+    let cases = [own_suite(), space_suite()].map(|suite| suite.cases).concat();
+    let faults: Vec<String> = cases.par_iter().filter_map(disagree).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
@@ -131,7 +139,7 @@ fn long_every_mistake_is_caught_in_each_assignment_and_documented() {
 
 #[test]
 fn no_mistake_is_planted_twice() {
-    let mistakes = mistake::all();
+    let mistakes: Vec<Mistake> = mistake::all().into_iter().chain(mistake::in_space()).collect();
     let names: BTreeSet<_> = mistakes.iter().map(|m| (m.subject, m.description)).collect();
     assert_eq!(names.len(), mistakes.len());
 }

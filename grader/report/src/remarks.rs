@@ -61,14 +61,35 @@ fn wrong_function(verdict: &Verdict) -> Option<&str> {
     }
 }
 
-/// The parts of forces whose single steps are wrong, with what is wrong in words.
+/// The parts of forces that single steps show to be wrong, with what is wrong in words.
 pub(crate) fn measured(grading: &Grading) -> impl Iterator<Item = (&PartReport, String)> {
     let parts = grading.probing.iter().flat_map(|probing| &probing.parts);
-    parts.filter(|part| part.verdict() == probe::Verdict::Wrong).map(|part| {
+    let is_wrong =
+        |part: &&PartReport| part.verdict() == probe::Verdict::Wrong && !part.is_step_alone();
+    parts.filter(is_wrong).map(|part| {
         let wrong = part.findings().filter(|(_, each)| each.verdict == probe::Verdict::Wrong);
         let names: Vec<&str> = wrong.map(|(name, _)| name).collect();
         let space = part.dimension.count();
         (part, format!("{} {}, {space}D: {} ", part.force, part.part, names.join(", ")))
+    })
+}
+
+/// The forces whose implicit steps are wrong as a whole, for no known reason, in a sentence; `None` if there are none
+/// but those that are named elsewhere.
+pub(crate) fn wrong_steps(grading: &Grading, is_named: impl Fn(&str) -> bool) -> Option<String> {
+    let probing = grading.probing.as_ref()?;
+    let mut tags: Vec<&str> = Vec::new();
+    for part in probing.parts.iter().filter(|part| part.is_step_alone()) {
+        if !tags.contains(&part.force) && !is_named(part.force) {
+            tags.push(part.force);
+        }
+    }
+    let method = probing.spaces.iter().find_map(|space| space.implicit.as_ref().ok())?;
+    (!tags.is_empty()).then(|| {
+        format!(
+            "single steps with {} are not those of {method}, whatever the Jacobians: the method, or its solver",
+            tags.join(", ")
+        )
     })
 }
 

@@ -160,7 +160,8 @@ impl fmt::Display for Copied {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { passed, withdrawn, unchecked, bytes, .. } = self;
         if !withdrawn.is_empty() {
-            write!(f, "Possibly copied answers: ")?;
+            let other = ", or numbers with more digits are read wrongly";
+            write!(f, "Possibly copied answers{}: ", if bytes.is_some() { "" } else { other })?;
             match self.only_shipped {
                 Some(only @ OnlyShipped { shipped, .. }) => write!(
                     f,

@@ -208,11 +208,19 @@ impl PartReport {
         verdicts.max().unwrap_or(Verdict::NotOffered)
     }
 
-    /// Takes back what is called wrong: of the force and the blocks, or of the blocks alone, which implicit steps measure.
+    /// Whether all that is wrong is the implicit step as a whole, for no known reason: that is no mistake of the force.
+    pub fn is_step_alone(&self) -> bool {
+        let others = self.blocks.iter().chain([&self.force_finding]);
+        self.step.verdict == Verdict::Wrong
+            && self.diagnosis.is_empty()
+            && others.into_iter().all(|finding| finding.verdict != Verdict::Wrong)
+    }
+
+    /// Takes back what is called wrong: of the force and what implicit steps measure, or of that alone.
     pub fn take_back(&mut self, with_force: bool, because: &str) {
         let force = with_force.then_some(&mut self.force_finding);
         let mut is_taken = false;
-        for finding in self.blocks.iter_mut().chain(force) {
+        for finding in self.blocks.iter_mut().chain([&mut self.step]).chain(force) {
             if finding.verdict == Verdict::Wrong {
                 *finding = Finding::not_measured(because);
                 is_taken = true;

@@ -50,7 +50,7 @@ pub use judged::{ContextRow, Diagnosis, FirstWrong, Found, JudgedScene, Outcome,
 use restore::Restored;
 use scope::Failing;
 use search::{Assignment, Cause};
-use shared::Shared;
+use shared::{Right, Shared};
 pub use tasks::of_passed as tasks_of_passed;
 pub use tasks::{TaskFinding, TaskVerdict};
 pub use thresholds::Thresholds;
@@ -563,8 +563,9 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
             .iter()
             .filter(|scene| scene.kind.as_ref().is_some_and(|kind| kind.symptom() == symptom))
             .collect();
-        let ran = scenes.iter().filter(|scene| scene.passed || scene.judged.states.len() > 1);
-        let right: Vec<&Scene> = ran.map(|scene| scene.judged.scene).collect();
+        let has_run = |scene: &&Marked<'_>| scene.passed || scene.judged.states.len() > 1;
+        let ran: Vec<&Marked<'_>> = scenes.iter().filter(has_run).collect();
+        let right: Vec<&Scene> = ran.iter().map(|scene| scene.judged.scene).collect();
         let wrong = failing.iter().map(|scene| Failing::of(scene.judged.scene));
         let wrong: Vec<Failing<'_>> = wrong.collect();
         let found = match scope::only(&wrong, &right, FEW) {
@@ -572,6 +573,7 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
             None => scope::eliminated(&wrong, &right, FEW),
         };
         if found.is_empty() {
+            let right: Vec<Right<'_>> = ran.into_iter().map(Right::of).collect();
             let groups = shared::groups(failing, &right, &format!("{symptom}; "));
             return groups.into_iter().map(|shared| shared.finding).collect();
         }
@@ -688,7 +690,7 @@ fn progress(judged: &[JudgedScene<'_>], found: &[Found], list: &[Finding]) -> Op
         let what = if titles.is_empty() { "free motion".to_owned() } else { titles.join(" and ") };
         (format!("{what} under {}", inner.integrator.name), scene.name.to_owned())
     });
-    if implemented.is_empty() {
+    if implemented.is_empty() && lacking.len() == judged.len() {
         implemented.push("nothing yet".to_owned());
     }
     Some(Progress { implemented, next })

@@ -26,6 +26,20 @@ pub(super) struct Shared {
     pub(super) apart: Option<Feature>,
 }
 
+/// A scene that does not show what is looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Right<'a> {
+    scene: &'a Scene,
+    /// Whether it passes; else it fails in another way.
+    passed: bool,
+}
+
+impl<'a> Right<'a> {
+    pub(super) fn of(marked: &Marked<'a>) -> Self {
+        Self { scene: marked.judged.scene, passed: marked.passed }
+    }
+}
+
 /// A property of scenes, in words.
 struct Property {
     words: String,
@@ -35,7 +49,7 @@ struct Property {
 }
 
 /// Properties that may distinguish wrong scenes from right ones: features first, then circumstances.
-fn properties(right: &[&Scene]) -> Vec<Property> {
+fn properties(right: &[Right<'_>]) -> Vec<Property> {
     let mut all = Vec::new();
     let mut add = |words: &str, feature: Option<Feature>, holds: Box<dyn Fn(&Scene) -> bool>| {
         all.push(Property { words: words.to_owned(), feature, holds });
@@ -82,7 +96,7 @@ fn properties(right: &[&Scene]) -> Vec<Property> {
     add("masses other than 1", None, Box::new(masses));
     let is_cut = |scene: &Scene| !scene.is_divided();
     add("a duration that is no multiple of dt", None, Box::new(is_cut));
-    let most = right.iter().map(|scene| scene.particles.len()).max().unwrap_or(0);
+    let most = right.iter().map(|right| right.scene.particles.len()).max().unwrap_or(0);
     let is_large = move |scene: &Scene| scene.particles.len() > most;
     add(&format!("more than {most} particles"), None, Box::new(is_large));
     all
@@ -100,15 +114,18 @@ pub(super) fn common(scenes: &[Marked<'_>], found: &[Finding]) -> Vec<Shared> {
     let is_finite = |scene: &&Marked<'_>| !matches!(scene.judged.outcome, Outcome::NotFinite(_));
     let (finite, other): (Vec<_>, Vec<_>) = scenes.iter().filter(is_open).partition(is_finite);
     let is_right = |scene: &&Marked<'_>| scene.passed || scene.explained && scene.is_suspect();
-    let right: Vec<&Scene> =
-        scenes.iter().filter(is_right).map(|scene| scene.judged.scene).collect();
+    let right: Vec<Right<'_>> = scenes.iter().filter(is_right).map(Right::of).collect();
     let mut all = groups(other, &right, "NaN or infinite numbers in the trace; ");
     all.extend(groups(finite, &right, ""));
     all
 }
 
 /// Wrong scenes in groups: first those that share what no right scene has, the larger ones first; then the others together.
-pub(super) fn groups(mut failing: Vec<&Marked<'_>>, right: &[&Scene], what: &str) -> Vec<Shared> {
+pub(super) fn groups(
+    mut failing: Vec<&Marked<'_>>,
+    right: &[Right<'_>],
+    what: &str,
+) -> Vec<Shared> {
     let all = properties(right);
     let mut found = Vec::new();
     while failing.len() >= FEW && found.len() < GROUPS {
@@ -120,7 +137,7 @@ pub(super) fn groups(mut failing: Vec<&Marked<'_>>, right: &[&Scene], what: &str
         for properties in singles.chain(pairs) {
             let holds = |scene: &Scene| properties.iter().all(|one| (one.holds)(scene));
             let count = failing.iter().filter(|scene| holds(scene.judged.scene)).count();
-            let pass = right.iter().filter(|scene| holds(scene)).count();
+            let pass = right.iter().filter(|right| holds(right.scene)).count();
             let score = count.saturating_sub(PASSING * pass);
             // Of equal groups, the one that fewer and earlier properties describe.
             if count >= FEW && score > best.0 {
@@ -134,10 +151,9 @@ pub(super) fn groups(mut failing: Vec<&Marked<'_>>, right: &[&Scene], what: &str
         let is_in = |scene: &&Marked<'_>| best.iter().all(|one| (one.holds)(scene.judged.scene));
         let (group, rest): (Vec<_>, Vec<_>) = failing.into_iter().partition(is_in);
         failing = rest;
-        let holds = |scene: &&&Scene| best.iter().all(|one| (one.holds)(scene));
-        let pass = right.iter().filter(holds).count();
-        let words = format!("{what}{}", shared_in_words(&best, pass));
-        let apart = if best.len() == 1 && pass == 0 { best[0].feature } else { None };
+        let alike = with(right, &best);
+        let words = format!("{what}{}", shared_in_words(&best, &alike));
+        let apart = if best.len() == 1 && alike.is_empty() { best[0].feature } else { None };
         found.push(Shared { finding: unnamed(words, &group), apart });
     }
     if !failing.is_empty() {
@@ -148,24 +164,27 @@ pub(super) fn groups(mut failing: Vec<&Marked<'_>>, right: &[&Scene], what: &str
 }
 
 /// What all of these scenes share, and how many right scenes share it too.
-fn rest_in_words(all: &[Property], failing: &[&Marked<'_>], right: &[&Scene]) -> String {
+fn rest_in_words(all: &[Property], failing: &[&Marked<'_>], right: &[Right<'_>]) -> String {
     let in_all = |one: &&Property| failing.iter().all(|scene| (one.holds)(scene.judged.scene));
     let mut shared: Vec<&Property> = all.iter().filter(in_all).collect();
-    let count = |shared: &[&Property]| {
-        right.iter().filter(|scene| shared.iter().all(|one| (one.holds)(scene))).count()
-    };
     // Without what sets no right scene apart.
-    let pass = count(&shared);
+    let alike = with(right, &shared);
     for number in (0..shared.len()).rev() {
         let one = shared.remove(number);
-        if count(&shared) > pass {
+        if with(right, &shared).len() > alike.len() {
             shared.insert(number, one);
         }
     }
-    shared_in_words(&shared, pass)
+    shared_in_words(&shared, &alike)
 }
 
-fn shared_in_words(shared: &[&Property], pass: usize) -> String {
+/// The right scenes that have all of these properties.
+fn with<'a>(right: &[Right<'a>], properties: &[&Property]) -> Vec<Right<'a>> {
+    let holds = |right: &&Right<'_>| properties.iter().all(|one| (one.holds)(right.scene));
+    right.iter().filter(holds).copied().collect()
+}
+
+fn shared_in_words(shared: &[&Property], alike: &[Right<'_>]) -> String {
     let Some((last, before)) = shared.split_last() else {
         return "nothing that grade knows sets these scenes apart".to_owned();
     };
@@ -174,10 +193,13 @@ fn shared_in_words(shared: &[&Property], pass: usize) -> String {
         true => last.words.clone(),
         false => format!("{} and {}", before.join(", "), last.words),
     };
-    let rest = match pass {
+    let all_pass = alike.iter().all(|right| right.passed);
+    let rest = match alike.len() {
         0 => "which no scene that passes has".to_owned(),
-        1 => "which 1 scene that passes has too".to_owned(),
-        pass => format!("which {pass} scenes that pass have too"),
+        1 if all_pass => "which 1 scene that passes has too".to_owned(),
+        1 => "which 1 scene that does not fail so has too".to_owned(),
+        count if all_pass => format!("which {count} scenes that pass have too"),
+        count => format!("which {count} scenes that do not fail so have too"),
     };
     format!("the scenes share {list}, {rest}")
 }

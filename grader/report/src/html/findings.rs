@@ -44,6 +44,10 @@ pub(super) fn write(html: &mut Html, grading: &Grading) -> io::Result<()> {
         }
         items.markup(" (").link("jacobians.html", "the numbers").markup(")</li>");
     }
+    if let Some(words) = remarks::wrong_steps(grading, |_| false) {
+        items.markup("<li><strong>Wrong</strong>: ").text(&words);
+        items.markup(" (").link("jacobians.html", "the numbers").markup(")</li>");
+    }
     let wrong = grading.jacobians.forces.iter().filter(|check| check.is_wrong());
     for check in wrong {
         let words = format!("Jacobians of {} in {}D", check.tag, check.dimension.count());

@@ -111,7 +111,8 @@ fn write_findings(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     };
     let measured: Vec<_> =
         remarks::measured(grading).filter(|(part, _)| !is_named(part.force)).collect();
-    if list.is_empty() && unexplained.is_empty() && measured.is_empty() {
+    let wrong_steps = remarks::wrong_steps(grading, is_named);
+    if list.is_empty() && unexplained.is_empty() && measured.is_empty() && wrong_steps.is_none() {
         return super::write_tasks(out, &grading.findings);
     }
     writeln!(out, "\n{BOLD}Findings{BOLD:#}")?;
@@ -136,6 +137,9 @@ fn write_findings(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
             "  {BAD}{words}wrong{BAD:#}, measured from single steps{separator}{mistakes}"
         )?;
     }
+    if let Some(words) = wrong_steps {
+        writeln!(out, "  {BAD}Wrong{BAD:#}: {words}")?;
+    }
     for remark in unexplained {
         let names = remarks::named(remark.scenes.iter().map(|scene| scene.id.as_str()));
         writeln!(out, "  {BAD}{}{BAD:#}: {names}", remark.words)?;
@@ -145,7 +149,8 @@ fn write_findings(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         }
     }
     super::write_lacks(out, &lacks)?;
-    if let Some(progress) = &grading.findings.progress {
+    let progress = grading.findings.progress.as_ref();
+    if let Some(progress) = progress.filter(|progress| !progress.implemented.is_empty()) {
         writeln!(out, "  Implemented: {}", progress.implemented.join(", "))?;
     }
     super::write_tasks(out, &grading.findings)

@@ -451,7 +451,8 @@ pub(super) fn write_adjustments(out: &mut dyn Write, grading: &Grading) -> io::R
 
 /// The overall result in a sentence.
 pub(super) fn outcome(grading: &Grading) -> String {
-    let is_measured_wrong = remarks::measured(grading).next().is_some();
+    let is_measured_wrong = remarks::measured(grading).next().is_some()
+        || remarks::wrong_steps(grading, |_| false).is_some();
     match grading.outcome() {
         // What is measured costs no points.
         GradingOutcome::Passed | GradingOutcome::PassedShipped if is_measured_wrong => {
@@ -550,5 +551,14 @@ mod tests {
         probing.parts[0].force_finding.verdict = Verdict::Wrong;
         grading.probing = Some(probing);
         assert_eq!(outcome(&grading), "All features passed; single steps show a mistake.");
+        // A step that is wrong as a whole is not blamed on the force.
+        let part = &mut grading.probing.as_mut().unwrap().parts[0];
+        part.force_finding.verdict = Verdict::Correct;
+        part.step.verdict = Verdict::Wrong;
+        assert_eq!(outcome(&grading), "All features passed; single steps show a mistake.");
+        assert_eq!(remarks::measured(&grading).count(), 0);
+        let words = remarks::wrong_steps(&grading, |_| false).unwrap();
+        assert!(words.starts_with("single steps with dragdamping are not those of "), "{words}");
+        assert_eq!(remarks::wrong_steps(&grading, |tag| tag == "dragdamping"), None);
     }
 }

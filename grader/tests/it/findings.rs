@@ -404,6 +404,23 @@ fn single_precision_input_is_distinguished_from_rounded_output() {
     assert_eq!(sentence, "reading the scene: the numbers of particles are rounded");
 }
 
+#[test]
+fn rounded_output_is_no_rounded_input() {
+    // Both in digits and in decimals, whatever the number of digits of the initial state.
+    let printed = |states: Vec<State>| {
+        let round = |value: &mut f64| *value = (*value * 1e4).round() / 1e4;
+        let mut states = states;
+        for State { positions, velocities, .. } in &mut states {
+            positions.iter_mut().chain(velocities).for_each(round);
+        }
+        states
+    };
+    let found = findings(&[], printed);
+    let sentences: Vec<String> = found.iter().map(Finding::sentence).collect();
+    assert!(sentences.iter().all(|words| words.starts_with("the precision: ")), "{sentences:?}");
+    assert!(!found.is_empty());
+}
+
 /// The words of all findings that say what is wrong.
 fn said(found: &[Finding]) -> Vec<&str> {
     let is_said = |finding: &&Finding| finding.kind <= FindingKind::Possible;

@@ -261,10 +261,10 @@ fn in_numbers(judged: &JudgedScene<'_>, first: &FirstWrong<'_>) -> Option<Kind> 
     // An initial state can differ by rounding alone, whatever the later ones do. Rounded numbers have few digits later too;
     // otherwise they are read so.
     let rounded = match (first.step, row(0)) {
-        (0, Some(initial)) => {
+        (0, Some(initial)) => in_digits(first.context).or_else(|| {
             let kind = in_digits(std::slice::from_ref(initial));
             kind.map(|kind| if is_kept(&kind, first.context) { kind } else { Kind::InitialRounded })
-        }
+        }),
         _ => in_digits(first.context),
     };
     if rounded.is_some() || first.step > 0 {

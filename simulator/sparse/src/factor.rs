@@ -634,9 +634,6 @@ fn scale<const D: usize>(
     height: usize,
     first: usize,
 ) {
-    for j in 0..D {
-        kept[j * height..][first..height].copy_from_slice(&columns[j * height..][first..height]);
-    }
     // Bᵀ Xᵀ = Vᵀ is solved row by row of X; written column by column, it fits vectors.
     let mut row = first;
     while row + TILE_ROWS <= height {
@@ -656,10 +653,13 @@ fn scale<const D: usize>(
 fn scale_rows<const D: usize, const R: usize>(
     pivot: &PivotBlock<D>,
     columns: &mut [f64],
-    kept: &[f64],
+    kept: &mut [f64],
     height: usize,
     row: usize,
 ) {
+    for j in 0..D {
+        kept[j * height + row..][..R].copy_from_slice(&columns[j * height + row..][..R]);
+    }
     let mut x = [[0.0; R]; D];
     for i in 0..D {
         x[i].copy_from_slice(&kept[pivot.rows[i] * height + row..][..R]);

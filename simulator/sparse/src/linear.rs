@@ -41,7 +41,12 @@ pub struct BlockMatrix<const D: usize> {
     /// Diagonals of the uncoupled blocks, `D` entries each.
     diagonal: Vec<f64>,
     parts: Vec<Component<D>>,
+    /// Offsets of the blocks of elements, one element after another; [`NOT_KEPT`] where there is none.
+    offsets: Vec<u32>,
 }
+
+/// In the place of the offset of a block that a matrix does not keep.
+const NOT_KEPT: u32 = u32::MAX;
 
 /// Where the entries of a block are.
 #[derive(Clone, Copy)]
@@ -59,6 +64,14 @@ pub struct PairSlot {
     /// Offsets of the blocks `(i, i)`, `(j, j)`, `(i, j)` and `(j, i)`; the last two are one where the
     /// system keeps but one of them.
     offsets: [u32; 4],
+}
+
+/// Where the blocks between the members of an element are, found once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ElementSlot {
+    part: u32,
+    /// Place of the first of their offsets.
+    first: usize,
 }
 
 struct Component<const D: usize> {
@@ -121,7 +134,7 @@ impl<const D: usize> BlockMatrix<D> {
             }
         };
         let parts = members.into_iter().zip(couplings).map(part_of).collect();
-        Self { locations, diagonal: vec![0.0; n_diagonal * D], parts }
+        Self { locations, diagonal: vec![0.0; n_diagonal * D], parts, offsets: Vec::new() }
     }
 
     /// Sets the matrix to zero.
@@ -178,10 +191,12 @@ impl<const D: usize> BlockMatrix<D> {
         if part != other || i == j {
             return None;
         }
-        let offsets = self.parts[part].system.pair_offsets(i, j);
+        let system = &self.parts[part].system;
+        let (ij, ji) = (system.offset(i, j), system.offset(j, i));
         let mut narrow = [0; 4];
+        let offsets = [system.offset(i, i), system.offset(j, j), ij.or(ji), ji.or(ij)];
         for (narrow, offset) in narrow.iter_mut().zip(offsets) {
-            *narrow = u32::try_from(offset).ok()?;
+            *narrow = u32::try_from(offset?).ok()?;
         }
         Some(PairSlot { part: u32::try_from(part).ok()?, offsets: narrow })
     }
@@ -191,6 +206,48 @@ impl<const D: usize> BlockMatrix<D> {
     #[inline]
     pub fn add_pair(&mut self, slot: PairSlot, block: &SMatrix<f64, D, D>) {
         self.parts[slot.part as usize].system.add_pair(slot.offsets, block);
+    }
+
+    /// Where the blocks between these members are, for [`add_at`](Self::add_at), in which each member is named by its place
+    /// here; `None` as a member is no block of the matrix. `None` if the links do not couple them all, or where an offset is
+    /// beyond 32 bits.
+    pub fn element_slot(&mut self, members: &[Option<usize>]) -> Option<ElementSlot> {
+        let location = |member: &usize| match self.locations[*member] {
+            BlockLocation::Component { part, local } => Some((part, local)),
+            BlockLocation::Diagonal(_) => None,
+        };
+        let part = members.iter().flatten().next().and_then(location)?.0;
+        let mut offsets = Vec::with_capacity(members.len().pow(2));
+        for row in members {
+            for column in members {
+                let (Some(row), Some(column)) = (row, column) else {
+                    offsets.push(NOT_KEPT);
+                    continue;
+                };
+                let (of_row, of_column) = (location(row)?, location(column)?);
+                if of_row.0 != part || of_column.0 != part {
+                    return None;
+                }
+                let offset = self.parts[part].system.offset(of_row.1, of_column.1);
+                offsets.push(match offset {
+                    Some(offset) => u32::try_from(offset).ok().filter(|kept| *kept != NOT_KEPT)?,
+                    None => NOT_KEPT,
+                });
+            }
+        }
+        let slot = ElementSlot { part: u32::try_from(part).ok()?, first: self.offsets.len() };
+        self.offsets.extend(offsets);
+        Some(slot)
+    }
+
+    /// Adds to the block at this place of those of an element, row by row. As in [`add`](Self::add), what is added above the
+    /// diagonal of a symmetric matrix is ignored, and so are rows and columns of what is no block.
+    #[inline]
+    pub fn add_at(&mut self, slot: ElementSlot, place: usize, block: &SMatrix<f64, D, D>) {
+        let offset = self.offsets[slot.first + place];
+        if offset != NOT_KEPT {
+            self.parts[slot.part as usize].system.add_at(offset as usize, block);
+        }
     }
 
     /// Factorises the matrix, solves for the right-hand side in `values` and puts the solution there.
@@ -366,40 +423,40 @@ impl<const D: usize> ComponentSystem<D> {
         }
     }
 
-    fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
+    /// Where block `(row, column)` is; `None` if it is not kept.
+    fn offset(&self, row: usize, column: usize) -> Option<usize> {
+        match self {
+            Self::Dense(system) => Some((column * system.size() + row) * D),
+            Self::Sparse(system) => system.offset(row, column),
+        }
+    }
+
+    #[inline]
+    fn add_at(&mut self, offset: usize, block: &SMatrix<f64, D, D>) {
         match self {
             Self::Dense(system) => {
                 let size = system.size();
-                [[i, i], [j, j], [i, j], [j, i]].map(|[row, column]| (column * size + row) * D)
+                let entries = &mut system.matrix.as_mut_slice()[offset..];
+                for (entries, column) in entries.chunks_mut(size).zip(block.column_iter()) {
+                    entries
+                        .iter_mut()
+                        .zip(column.iter())
+                        .for_each(|(entry, value)| *entry += value);
+                }
             }
-            Self::Sparse(system) => system.pair_offsets(i, j),
+            Self::Sparse(system) => system.add_at(offset, block),
         }
     }
 
     #[inline]
     fn add_pair(&mut self, [ii, jj, ij, ji]: [u32; 4], block: &SMatrix<f64, D, D>) {
-        match self {
-            Self::Dense(system) => {
-                let size = system.size();
-                let entries = system.matrix.as_mut_slice();
-                for (offset, sign) in [(ii, 1.0), (jj, 1.0), (ij, -1.0), (ji, -1.0)] {
-                    for j in 0..D {
-                        let column = &mut entries[offset as usize + j * size..][..D];
-                        for (entry, value) in column.iter_mut().zip(block.column(j).iter()) {
-                            *entry += sign * value;
-                        }
-                    }
-                }
-            }
-            Self::Sparse(system) => {
-                system.add_at(ii as usize, block);
-                system.add_at(jj as usize, block);
-                let negative = -block;
-                system.add_at(ij as usize, &negative);
-                if ij != ji {
-                    system.add_at(ji as usize, &negative);
-                }
-            }
+        let negative = -block;
+        self.add_at(ii as usize, block);
+        self.add_at(jj as usize, block);
+        self.add_at(ij as usize, &negative);
+        // The last two are one where the system keeps but one of them.
+        if ij != ji {
+            self.add_at(ji as usize, &negative);
         }
     }
 
@@ -572,6 +629,38 @@ mod tests {
                 matrix.solve(solution, &mut LinearStatistics::default()).unwrap();
             }
             assert_eq!(solutions[0], solutions[1], "{choice:?}");
+        }
+    }
+
+    #[test]
+    fn element_slots_equal_block_lookup() {
+        let mut links: Vec<Link> = (0..9).map(|block| link(block, block + 1)).collect();
+        links.extend([link(1, 4), link(4, 6), link(1, 6), link(10, 11)]);
+        // The third member is fixed.
+        let members = [Some(6), Some(1), None, Some(4)];
+        for (symmetric, choice) in [true, false].into_iter().flat_map(|symmetric| {
+            [LinearSolver::Auto, LinearSolver::Dense, LinearSolver::Sparse]
+                .map(|choice| (symmetric, choice))
+        }) {
+            links.iter_mut().for_each(|link| link.symmetric = symmetric);
+            let mut by_slot = BlockMatrix::<2>::new(13, &links, choice);
+            let mut by_block = BlockMatrix::<2>::new(13, &links, choice);
+            assert_eq!(by_slot.element_slot(&[Some(1), Some(11)]), None);
+            assert_eq!(by_slot.element_slot(&[Some(12)]), None);
+            let [slot, first] = [(); 2].map(|()| by_slot.element_slot(&members).unwrap());
+            assert_ne!(slot, first);
+            let mut random = fastrand::Rng::with_seed(2);
+            for (place, (row, column)) in
+                members.iter().flat_map(|row| members.map(|column| (*row, column))).enumerate()
+            {
+                let block = SMatrix::from_fn(|_, _| random.f64() - 0.5);
+                by_slot.add_at(slot, place, &block);
+                if let (Some(row), Some(column)) = (row, column) {
+                    by_block.add(row, column, &block);
+                }
+            }
+            assert!(by_block.to_dense().norm() > 0.0);
+            assert_eq!(by_slot.to_dense(), by_block.to_dense(), "{symmetric} {choice:?}");
         }
     }
 

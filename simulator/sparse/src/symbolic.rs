@@ -319,7 +319,9 @@ impl SymbolicFactor {
                 entries.push((number, entry));
             }
         }
-        entries.sort_by_key(|(front, entry)| (*front, entry.column, entry.row));
+        entries.sort_unstable_by_key(|(front, entry)| {
+            (*front, entry.column, entry.row, entry.transposed)
+        });
         let mut end = 0;
         for (number, front) in self.fronts.iter_mut().enumerate() {
             let start = end;

@@ -114,17 +114,12 @@ impl<const D: usize> SparseSystem<D> {
         self.matrix.read(to);
     }
 
-    /// Where the blocks `(i, i)`, `(j, j)`, `(i, j)` and `(j, i)` are, for [`add_at`](Self::add_at); the
-    /// last two are one where only one of them is kept.
+    /// Where block `(row, column)` is, for [`add_at`](Self::add_at); `None` above the diagonal of a symmetric matrix.
     ///
     /// # Panics
-    /// If the couplings do not hold them.
-    pub(crate) fn pair_offsets(&self, i: usize, j: usize) -> [usize; 4] {
-        let kept = |row, column| self.matrix.offset(row, column);
-        let [ij, ji] = [kept(i, j), kept(j, i)];
-        let diagonal = |block| self.matrix.starts[block] * D * D;
-        let either = |one: Option<usize>, other: Option<usize>| one.or(other).unwrap_or_default();
-        [diagonal(i), diagonal(j), either(ij, ji), either(ji, ij)]
+    /// If the couplings do not hold it.
+    pub(crate) fn offset(&self, row: usize, column: usize) -> Option<usize> {
+        self.matrix.offset(row, column)
     }
 
     /// Adds to the block at `offset`.

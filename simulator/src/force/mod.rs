@@ -206,20 +206,31 @@ impl<'a, const D: usize> ElementJacobians<'a, D> {
     /// Calls `add` with row, column and block of each pair of particles, the origin among them, of blocks on the local
     /// coordinates: [`by_position`](Self::by_position) or [`by_velocity`](Self::by_velocity).
     pub fn spread(&self, blocks: &[Block<D>], mut add: impl FnMut(usize, usize, &Block<D>)) {
+        let particle = |place: usize| self.particles.get(place).copied().or(self.origin);
+        self.spread_places(blocks, |row, column, block| {
+            if let (Some(row), Some(column)) = (particle(row), particle(column)) {
+                add(row, column, block);
+            }
+        });
+    }
+
+    /// The same with the places of the particles in the list in place of their numbers; the origin is after the last one.
+    #[inline(always)]
+    pub fn spread_places(&self, blocks: &[Block<D>], mut add: impl FnMut(usize, usize, &Block<D>)) {
         let m = self.particles.len();
         let minus = |total: Block<D>, block: &Block<D>| total - block;
-        for (row, blocks) in self.particles.iter().zip(blocks.chunks_exact(m)) {
-            self.particles.iter().zip(blocks).for_each(|(column, block)| add(*row, *column, block));
-            if let Some(origin) = self.origin {
-                add(*row, origin, &blocks.iter().fold(Block::zeros(), minus));
+        for (row, blocks) in blocks.chunks_exact(m).enumerate() {
+            blocks.iter().enumerate().for_each(|(column, block)| add(row, column, block));
+            if self.origin.is_some() {
+                add(row, m, &blocks.iter().fold(Block::zeros(), minus));
             }
         }
-        if let Some(origin) = self.origin {
-            for (place, column) in self.particles.iter().enumerate() {
-                let below = blocks.iter().skip(place).step_by(m);
-                add(origin, *column, &below.fold(Block::zeros(), minus));
+        if self.origin.is_some() {
+            for column in 0..m {
+                let below = blocks.iter().skip(column).step_by(m);
+                add(m, column, &below.fold(Block::zeros(), minus));
             }
-            add(origin, origin, &blocks.iter().sum());
+            add(m, m, &blocks.iter().sum());
         }
     }
 }
@@ -244,7 +255,7 @@ pub enum Coupling {
     Diagonal(usize),
     /// All particles of a stencil to themselves and each other.
     Stencil {
-        /// The particles, all different.
+        /// The particles, all different, in the order of [`ElementJacobians`]: the origin comes last.
         particles: Particles,
         /// Whether all blocks together are a symmetric matrix.
         symmetric: bool,

@@ -20,7 +20,7 @@ use super::{
     add_to, vector_of,
 };
 use crate::parts::Parts;
-use scene::{ForceElement, Particles, Scene};
+use scene::{ForceElement, Scene};
 
 /// The law of one element.
 pub trait StencilLaw<const M: usize, const D: usize>: Send + Sync {
@@ -78,18 +78,21 @@ impl<const M: usize, const D: usize> LocalJacobians<M, D> {
 /// All elements of one law in a scene.
 pub struct StencilForce<L, const M: usize> {
     /// Elements that move something, in the order of the file.
-    active: Vec<Element<L>>,
+    active: Vec<Element<L, M>>,
     /// Elements between fixed particles: they have an energy, and move nothing.
-    inert: Vec<Element<L>>,
+    inert: Vec<Element<L, M>>,
     /// Ranges of particles, each with the active elements that act on one of them.
     parts: Vec<(Range<usize>, Vec<u32>)>,
 }
 
-struct Element<L> {
+struct Element<L, const M: usize> {
     law: L,
     /// Its number among the scene's forces.
     number: usize,
-    particles: Particles,
+    /// Its first `M` particles.
+    particles: [u32; M],
+    /// One more, if it has an origin.
+    last: Option<u32>,
     /// Whether its Jacobians are symmetric at every state.
     symmetric: bool,
 }
@@ -103,15 +106,16 @@ impl<L, const M: usize> StencilForce<L, M> {
             stencils.map(|particles| Element {
                 law: law(description),
                 number: *number,
-                particles,
+                particles: std::array::from_fn(|place| particles[place] as u32),
+                last: particles.get(M).map(|last| *last as u32),
                 symmetric: description.is_variational(),
             })
         });
         let is_free = |particle: &usize| !scene.particles[*particle].fixed;
-        let moves = |element: &Element<L>| element.particles.iter().any(is_free);
+        let moves = |element: &Element<L, M>| element.all().any(|particle| is_free(&particle));
         let (active, inert): (Vec<_>, Vec<_>) = stencils.partition(moves);
         let part = |range: &Range<usize>| {
-            let acts = |element: &Element<L>| element.particles.iter().any(|p| range.contains(p));
+            let acts = |element: &Element<L, M>| element.all().any(|p| range.contains(&p));
             let those = active.iter().zip(0..).filter(|(element, _)| acts(element));
             (range.clone(), those.map(|(_, number)| number).collect())
         };
@@ -120,16 +124,25 @@ impl<L, const M: usize> StencilForce<L, M> {
     }
 }
 
-impl<L> Element<L> {
-    fn local<const M: usize, const D: usize>(&self, state: State<'_>) -> Local<M, D>
+impl<L, const M: usize> Element<L, M> {
+    /// Its particles, in the order of the stencil.
+    fn all(&self) -> impl Iterator<Item = usize> {
+        self.particles.iter().chain(&self.last).map(|particle| *particle as usize)
+    }
+
+    #[inline]
+    fn local<const D: usize>(&self, state: State<'_>) -> Local<M, D>
     where
         L: StencilLaw<M, D>,
     {
-        let others = self.others::<M, D>();
+        let (others, origin) = (self.others::<D>(), self.origin::<D>());
         let coordinates = |values: &[f64]| {
             let own = others.map(|particle| vector_of(values, particle));
-            match self.origin::<M, D>() {
-                Some(origin) => own.map(|own| own - vector_of(values, origin)),
+            match origin {
+                Some(origin) => {
+                    let of_origin = vector_of(values, origin);
+                    own.map(|own| own - of_origin)
+                }
                 None => own,
             }
         };
@@ -137,23 +150,31 @@ impl<L> Element<L> {
         Local { d, w, time: state.time }
     }
 
-    /// The `M` particles.
-    fn others<const M: usize, const D: usize>(&self) -> [usize; M]
+    /// The `M` particles that the law sees.
+    #[inline]
+    fn others<const D: usize>(&self) -> [usize; M]
     where
         L: StencilLaw<M, D>,
     {
         let origin = L::ORIGIN.unwrap_or(M);
-        std::array::from_fn(|place| self.particles[place + usize::from(place >= origin)])
+        std::array::from_fn(|place| self.at(place + usize::from(place >= origin)))
     }
 
-    fn origin<const M: usize, const D: usize>(&self) -> Option<usize>
+    #[inline]
+    fn origin<const D: usize>(&self) -> Option<usize>
     where
         L: StencilLaw<M, D>,
     {
-        L::ORIGIN.map(|place| self.particles[place])
+        L::ORIGIN.map(|place| self.at(place))
     }
 
-    fn hand_over<const M: usize, const D: usize>(
+    /// The particle at this place in the stencil.
+    #[inline]
+    fn at(&self, place: usize) -> usize {
+        self.particles.get(place).copied().or(self.last).unwrap_or_default() as usize
+    }
+
+    fn hand_over<const D: usize>(
         &self,
         jacobians: &LocalJacobians<M, D>,
         sink: &mut dyn JacobianSink<D>,
@@ -170,7 +191,7 @@ impl<L> Element<L> {
 
     #[cold]
     fn degenerate(&self) -> Degenerate {
-        Degenerate { element: self.number, particles: self.particles.clone() }
+        Degenerate { element: self.number, particles: self.all().collect() }
     }
 }
 
@@ -247,8 +268,10 @@ impl<const M: usize, const D: usize, L: StencilLaw<M, D>> Force<D> for StencilFo
     }
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
-        for Element { particles, symmetric, .. } in &self.active {
-            visit(Coupling::Stencil { particles: particles.clone(), symmetric: *symmetric });
+        for element in &self.active {
+            // In the order in which Jacobians are handed over.
+            let particles = element.others().into_iter().chain(element.origin()).collect();
+            visit(Coupling::Stencil { particles, symmetric: element.symmetric });
         }
     }
 }

@@ -19,7 +19,7 @@
 //! `δ`, so that motions which stretch nothing cancel exactly.
 
 use sparse::LinearError;
-use sparse::linear::{BlockMatrix, LinearSolver, Link, PairSlot};
+use sparse::linear::{BlockMatrix, ElementSlot, LinearSolver, Link, PairSlot};
 use sparse::statistics::LinearStatistics;
 
 use super::StepError;
@@ -31,6 +31,7 @@ use crate::force::{
 use crate::solver::psd::Projection;
 use crate::statistics::{NEARLY_SINGULAR, Statistics};
 use crate::system::System;
+use scene::Particles;
 
 /// Ratio of stiffness to mass above which the stored sum is not trusted: about 2e-12 of `M` would be lost.
 const STIFF_RATIO: f64 = 1e4;
@@ -58,6 +59,8 @@ pub(super) struct Linearisation<const D: usize> {
     matrix: BlockMatrix<D>,
     /// The pairs of free particles, in the order in which their Jacobians come.
     slots: Vec<PairLocation>,
+    /// The elements of other stencils, likewise.
+    stencil_slots: Vec<StencilLocation>,
     /// Right-hand side and solution, of the free particles only.
     reduced: Vec<f64>,
     /// The smallest mass of a free particle.
@@ -82,6 +85,19 @@ pub(super) struct Linearisation<const D: usize> {
 struct PairLocation {
     particles: [u32; 2],
     place: Option<PairSlot>,
+}
+
+/// Where the blocks of an element are in the matrix.
+struct StencilLocation {
+    /// The origin comes last.
+    particles: Particles,
+    place: Option<ElementSlot>,
+}
+
+impl StencilLocation {
+    fn is_of<const D: usize>(&self, element: &ElementJacobians<'_, D>) -> bool {
+        self.particles.iter().eq(element.particles.iter().chain(&element.origin))
+    }
 }
 
 /// Workspace for refining a stiff system.
@@ -160,17 +176,20 @@ impl<const D: usize> Linearisation<D> {
                 }
             }
         });
-        let matrix = BlockMatrix::new(n_free, &links, choice);
-        let mut slots = Vec::with_capacity(links.len());
+        let mut matrix = BlockMatrix::new(n_free, &links, choice);
+        let (mut slots, mut stencil_slots) = (Vec::new(), Vec::new());
         system.couplings(&mut |coupling| {
-            if let Coupling::Stencil { particles, .. } = coupling
-                && let [i, j] = particles[..]
-            {
+            let Coupling::Stencil { particles, .. } = coupling else { return };
+            if let [i, j] = particles[..] {
                 let place = match [i, j].map(|particle| free[particle]) {
                     [Some(i), Some(j)] => matrix.pair_slot([i, j]),
                     _ => None,
                 };
                 slots.push(PairLocation { particles: [i as u32, j as u32], place });
+            } else {
+                let members: Vec<_> = particles.iter().map(|particle| free[*particle]).collect();
+                let place = matrix.element_slot(&members);
+                stencil_slots.push(StencilLocation { particles, place });
             }
         });
         Self {
@@ -178,6 +197,7 @@ impl<const D: usize> Linearisation<D> {
             force: vec![0.0; system.n_particles() * D],
             matrix,
             slots,
+            stencil_slots,
             reduced: vec![0.0; n_free * D],
             smallest_mass: system
                 .masses()
@@ -352,6 +372,7 @@ impl<const D: usize> Linearisation<D> {
             free: &self.free,
             matrix: &mut self.matrix,
             slots: self.slots.iter(),
+            stencil_slots: self.stencil_slots.iter(),
             largest_entry: 0.0,
         };
         self.curvature.add(system, [&self.trial, iterate], time, &mut sink)?;
@@ -501,6 +522,8 @@ struct Assembly<'a, const D: usize> {
     matrix: &'a mut BlockMatrix<D>,
     /// Of the pairs that are still to come.
     slots: std::slice::Iter<'a, PairLocation>,
+    /// Of the elements that are still to come.
+    stencil_slots: std::slice::Iter<'a, StencilLocation>,
     /// The largest entry of a block so far.
     largest_entry: f64,
 }
@@ -522,6 +545,18 @@ impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
     fn add(&mut self, element: ElementJacobians<'_, D>) {
         let blocks = self.elements.several(&element);
         self.largest_entry = blocks.iter().fold(self.largest_entry, largest_entry);
+        // What couples no particles is not among them.
+        let next = self.stencil_slots.as_slice().first().filter(|next| next.is_of(&element));
+        if let Some(StencilLocation { particles, place }) = next {
+            self.stencil_slots.next();
+            if let Some(place) = place {
+                let n = particles.len();
+                element.spread_places(blocks, |row, column, block| {
+                    self.matrix.add_at(*place, row * n + column, block);
+                });
+                return;
+            }
+        }
         element.spread(blocks, |row, column, block| {
             if let (Some(row), Some(column)) = (self.free[row], self.free[column]) {
                 self.matrix.add(row, column, block);

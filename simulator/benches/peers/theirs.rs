@@ -21,6 +21,7 @@ pub(crate) struct Peers {
     pardiso: Result<String, String>,
     taichi: Result<String, String>,
     triangles: Result<PathBuf, String>,
+    triangles_cholmod: Result<PathBuf, String>,
     scikit_fem: Result<String, String>,
     // Its files are removed when this is dropped.
     scratch: TempDir,
@@ -69,11 +70,23 @@ impl Peers {
         let python = versions("numpy", &["numpy", "scipy"]);
         let pardiso = versions("pypardiso", &["pypardiso", "mkl"]);
         let taichi = versions("taichi", &["taichi"]);
-        let eigen = build(source, scratch.path());
-        let cholmod = build(Path::new(CHOLMOD), scratch.path());
-        let triangles = build(Path::new(TRIANGLES), scratch.path());
+        let build = |source, line| build(source, line, scratch.path());
+        let eigen = build(source, BUILD);
+        let cholmod = build(Path::new(CHOLMOD), BUILD);
+        let triangles = build(Path::new(TRIANGLES), BUILD);
+        let triangles_cholmod = build(Path::new(TRIANGLES), "// build with CHOLMOD: ");
         let scikit_fem = versions("skfem", &["scikit-fem"]);
-        Ok(Self { eigen, cholmod, python, pardiso, taichi, triangles, scikit_fem, scratch })
+        Ok(Self {
+            eigen,
+            cholmod,
+            python,
+            pardiso,
+            taichi,
+            triangles,
+            triangles_cholmod,
+            scikit_fem,
+            scratch,
+        })
     }
 
     /// The versions of what the peers are made with, a line each; or why they are not there.
@@ -81,7 +94,8 @@ impl Peers {
         let compiler = || output(Command::new("g++").arg("--version"));
         let eigen = self.eigen.as_ref().or(self.triangles.as_ref());
         let eigen = eigen.map_err(String::clone).and_then(|_| compiler());
-        let cholmod = self.cholmod().and_then(|mut command| output(command.arg("version")));
+        let version = |program| output(with_blas(program).arg("version"));
+        let cholmod = self.cholmod.as_ref().map_err(String::clone).and_then(version);
         let or_why = |result: Result<String, String>| {
             let line = result.unwrap_or_else(|reason| format!("not there: {reason}"));
             line.lines().next().unwrap_or_default().to_owned()
@@ -153,7 +167,7 @@ impl Peers {
                 Ok(command)
             }
             Peer::Cholmod(mode) => {
-                let mut command = self.cholmod()?;
+                let mut command = with_blas(self.cholmod.as_ref()?);
                 body(command.arg(mode));
                 command.arg(FMS_ITERATIONS.to_string());
                 Ok(command)
@@ -182,6 +196,11 @@ impl Peers {
                 body(command.arg(mode));
                 Ok(command)
             }
+            Peer::TrianglesCholmod => {
+                let mut command = with_blas(self.triangles_cholmod.as_ref()?);
+                body(command.arg("lie"));
+                Ok(command)
+            }
             Peer::TaichiTriangles => {
                 self.taichi.as_ref()?;
                 let mut command = Command::new("python3");
@@ -196,20 +215,21 @@ impl Peers {
             }
         }
     }
+}
 
-    fn cholmod(&self) -> Result<Command, String> {
-        let mut command = Command::new(self.cholmod.as_ref()?);
-        // OpenBLAS takes the oldest kernels for processors that it does not know.
-        #[cfg(target_arch = "x86_64")]
-        if std::env::var_os("OPENBLAS_CORETYPE").is_none() {
-            if std::arch::is_x86_feature_detected!("avx512f") {
-                command.env("OPENBLAS_CORETYPE", "SkylakeX");
-            } else if std::arch::is_x86_feature_detected!("avx2") {
-                command.env("OPENBLAS_CORETYPE", "Haswell");
-            }
+/// A program with the kernels of OpenBLAS that fit this processor: it takes the oldest ones for processors that it does not
+/// know.
+fn with_blas(program: &PathBuf) -> Command {
+    let mut command = Command::new(program);
+    #[cfg(target_arch = "x86_64")]
+    if std::env::var_os("OPENBLAS_CORETYPE").is_none() {
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            command.env("OPENBLAS_CORETYPE", "SkylakeX");
+        } else if std::arch::is_x86_feature_detected!("avx2") {
+            command.env("OPENBLAS_CORETYPE", "Haswell");
         }
-        Ok(command)
     }
+    command
 }
 
 /// The versions of Python and of these packages; or why their module cannot be imported.
@@ -227,12 +247,15 @@ fn versions(module: &str, packages: &[&str]) -> Result<String, String> {
     output(command.args(packages))
 }
 
-/// The peer, built in `folder` with the line in the head of its source.
-fn build(source: &Path, folder: &Path) -> Result<PathBuf, String> {
+/// Before the line that builds a peer, in the head of its source.
+const BUILD: &str = "// build: ";
+
+/// The peer, built in `folder` with the line in the head of its source that begins like this.
+fn build(source: &Path, line: &str, folder: &Path) -> Result<PathBuf, String> {
     let missing = || format!("there is no {}", source.display());
     let text = fs::read_to_string(source).map_err(|_| missing())?;
     let name = source.file_name().ok_or_else(missing)?;
-    let line = text.lines().find_map(|line| line.strip_prefix("// build: "));
+    let line = text.lines().find_map(|each| each.strip_prefix(line));
     let line = line.ok_or("the head of the C++ peer has no build line")?;
     let target = line.split_whitespace().skip_while(|word| *word != "-o").nth(1);
     let target = target.ok_or("the build line of the C++ peer names no output")?;

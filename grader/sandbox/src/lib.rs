@@ -85,8 +85,8 @@ const BUSY_PAUSE: Duration = Duration::from_millis(10);
 /// Bytes that a run may write whose scratch folder is in memory.
 pub const IN_MEMORY: u64 = 8 << 20;
 
-/// Number of bytes kept from the end of an output.
-pub const TAIL: usize = 4096;
+/// Number of bytes kept from each end of an output.
+pub const KEPT: usize = 4096;
 
 /// First argument of a process that starts runs, and removes a killed grader's scratch folders.
 pub const STARTER: &str = "--sandbox-starter";
@@ -232,47 +232,72 @@ impl Protection {
     }
 }
 
-/// The last part of a program's output. It is untrusted, and cannot be printed as it is.
+/// Both ends of a program's output. They are untrusted, and cannot be printed as they are.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Printed {
+    /// The first bytes; empty if nothing was cut off.
+    head: String,
+    /// The last bytes.
     text: String,
-    cut: bool,
+    /// Line breaks in the whole output.
+    breaks: u64,
 }
 
 impl Printed {
-    /// The last bytes of an output of `total` bytes.
-    pub fn of(tail: &[u8], total: u64) -> Self {
-        Self { text: String::from_utf8_lossy(tail).into_owned(), cut: total > tail.len() as u64 }
+    /// The first bytes of an output, if it was too long to be kept; else nothing.
+    pub fn raw_head(&self) -> &str {
+        &self.head
     }
 
-    /// The text as it was printed, with any terminal control in it.
+    /// The last bytes, or all, as they were printed, with any terminal control in them.
     pub fn raw(&self) -> &str {
         &self.text
     }
 
-    /// Whether earlier output was cut off.
+    /// Whether output before [`Self::raw`] was cut off.
     pub fn is_cut(&self) -> bool {
-        self.cut
+        !self.head.is_empty()
+    }
+
+    /// Number of line breaks in the whole output.
+    pub fn breaks(&self) -> u64 {
+        self.breaks
     }
 }
 
-/// An output: its length and its last bytes.
+impl From<&[u8]> for Printed {
+    fn from(bytes: &[u8]) -> Self {
+        let mut output = Output::default();
+        output.push(bytes);
+        output.printed()
+    }
+}
+
+/// An output: its length, and its first and last bytes.
 #[derive(Debug, Default)]
 struct Output {
     total: u64,
+    breaks: u64,
+    head: Vec<u8>,
     tail: Vec<u8>,
 }
 
 impl Output {
     fn push(&mut self, bytes: &[u8]) {
         self.total += bytes.len() as u64;
+        self.breaks += bytes.iter().filter(|byte| **byte == b'\n').count() as u64;
+        let missing = KEPT.saturating_sub(self.head.len());
+        self.head.extend(&bytes[..missing.min(bytes.len())]);
         self.tail.extend(bytes);
-        let excess = self.tail.len().saturating_sub(TAIL);
+        let excess = self.tail.len().saturating_sub(KEPT);
         self.tail.drain(..excess);
     }
 
     fn printed(&self) -> Printed {
-        Printed::of(&self.tail, self.total)
+        let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
+        let is_cut = self.total > self.tail.len() as u64;
+        let head = if is_cut { text(&self.head) } else { String::new() };
+        Printed { head, text: text(&self.tail), breaks: self.breaks }
     }
 }
 

@@ -389,15 +389,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn truncated_output_keeps_its_end() {
+    fn truncated_output_keeps_its_ends() {
         let mut output = Output::default();
+        output.push(b"first\n");
         output.push(&[b'a'; 5000]);
         output.push(b"end");
-        assert_eq!(output.total, 5003);
+        assert_eq!(output.total, 5009);
         let printed = output.printed();
-        assert!(printed.cut && printed.text.ends_with("aend") && printed.text.len() == 4096);
-        let mut few = Output::default();
-        few.push(b"few");
-        assert_eq!(few.printed(), super::super::Printed { text: "few".to_owned(), cut: false });
+        assert!(printed.text.ends_with("aend") && printed.text.len() == 4096);
+        assert!(printed.head.starts_with("first\na") && printed.head.len() == 4096);
+        assert_eq!((printed.is_cut(), printed.breaks), (true, 1));
+        let few = crate::Printed::from(b"few".as_slice());
+        assert_eq!((few.raw(), few.is_cut()), ("few", false));
     }
 }

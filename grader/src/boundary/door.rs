@@ -173,8 +173,8 @@ impl Door {
                 &[],
             ),
             Self::Printed => (
-                "the end of what a program prints",
-                Limit::Bytes(sandbox::TAIL as u64),
+                "each end of what a program prints",
+                Limit::Bytes(sandbox::KEPT as u64),
                 "grader/src/boundary/printed.rs",
                 &["printed"],
             ),

@@ -9,7 +9,7 @@ use scene::printable;
 pub use scene::printable::steers;
 use serde::{Deserialize, Serialize, Serializer};
 
-/// Maximum number of bytes shown, from the end: programs print their error last.
+/// Maximum number of bytes shown of an end of an output.
 const SHOWN: usize = 2_000;
 
 /// Maximum number of characters of a text that must fit one line: a path of a few folders.
@@ -110,18 +110,43 @@ impl From<&str> for Untrusted {
     }
 }
 
-/// The end of a program's output, without terminal control.
+/// The end of a program's output, which prints its error last, without terminal control.
 ///
 /// Escape sequences and control characters are removed. Bidirectional controls and other control characters of Unicode
 /// become `�`. Spaces at the ends of lines and empty lines are removed.
 pub(crate) fn tail(printed: &Printed) -> String {
+    harmless(last_lines(printed))
+}
+
+/// Both ends of a build's output, as the first error of a compiler is the cause of the others.
+pub(crate) fn ends(printed: &Printed) -> String {
+    let text = printed.raw();
+    if !printed.is_cut() && text.len() <= 2 * SHOWN {
+        return harmless(text);
+    }
+    let start = if printed.is_cut() { printed.raw_head() } else { text };
+    let end = (0..=SHOWN).rev().find(|end| start.is_char_boundary(*end)).unwrap_or_default();
+    let head = &start[..start[..end].rfind('\n').map_or(0, |last| last + 1)];
+    let tail = last_lines(printed);
+    let shown = head.matches('\n').count() + tail.matches('\n').count();
+    let left_out = printed.breaks().saturating_sub(shown as u64);
+    let parts = [harmless(head), format!("… {left_out} lines left out …"), harmless(tail)];
+    parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("\n")
+}
+
+/// The last whole lines that are shown.
+fn last_lines(printed: &Printed) -> &str {
     let text = printed.raw();
     let start = text.len().saturating_sub(SHOWN);
     let start = (start..).find(|start| text.is_char_boundary(*start)).unwrap_or_default();
-    let text = &text[start..];
     // If the first line was cut, its rest may be half an escape sequence.
     let cut = printed.is_cut() || start > 0;
-    let text = if cut { text.split_once('\n').map_or("", |(_, rest)| rest) } else { text };
+    let text = &text[start..];
+    if cut { text.split_once('\n').map_or("", |(_, rest)| rest) } else { text }
+}
+
+/// Lines without terminal control.
+fn harmless(text: &str) -> String {
     let stripped = anstream::adapter::strip_str(text).to_string();
     let lines = stripped.split(['\n', '\r']).map(|line| {
         let shown = line.chars().map(|character| match character {
@@ -207,7 +232,7 @@ mod tests {
     use super::*;
 
     fn shown(bytes: &[u8]) -> String {
-        tail(&Printed::of(bytes, bytes.len() as u64))
+        tail(&Printed::from(bytes))
     }
 
     #[test]
@@ -261,5 +286,27 @@ mod tests {
         let text = shown(long.as_bytes());
         assert!(text.ends_with("the last") && text.len() <= SHOWN);
         assert_eq!(shown("x".repeat(5_000).as_bytes()), "");
+    }
+
+    #[test]
+    fn of_a_build_the_first_error_is_shown_too() {
+        let shown = |lines: usize| {
+            let numbered = (0..lines).map(|number| format!("line {number}\n"));
+            ends(&Printed::from(numbered.collect::<String>().as_bytes()))
+        };
+        // All is there, once: kept whole, cut in the middle, and longer than what is kept.
+        for lines in [10, 420, 500, 800, 5_000] {
+            let text = shown(lines);
+            let found: Vec<usize> =
+                text.lines().filter_map(|line| line.strip_prefix("line ")?.parse().ok()).collect();
+            let gaps: Vec<usize> = found.windows(2).map(|pair| pair[1] - pair[0] - 1).collect();
+            let left_out: usize = gaps.iter().sum();
+            assert_eq!((found[0], found[found.len() - 1]), (0, lines - 1), "{text}");
+            assert_eq!(found.len() + left_out, lines);
+            let marked = format!("… {left_out} lines left out …");
+            assert_eq!(text.contains(&marked), left_out > 0, "{text}");
+            assert_eq!(text.contains("left out"), left_out > 0, "{text}");
+            assert!(text.len() <= 2 * SHOWN + 40);
+        }
     }
 }

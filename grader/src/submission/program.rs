@@ -32,7 +32,9 @@ use crate::verdict::{
     Failure, Fault, FormFault, LastOutput, NotGreeted, RunEnd, RunFailure, Verdict,
 };
 use sandbox::scratch::{Scratch, scratch_folder, without_paths};
-use sandbox::{End, Exceeded, Job, Keep, Limits, Outcome, Protection, Sandbox, SandboxError};
+use sandbox::{
+    End, Exceeded, Job, Keep, Limits, Outcome, Printed, Protection, Sandbox, SandboxError,
+};
 
 /// A minimal scene for probing the calling convention: one free particle, one step.
 const GREETING: &str = r#"<scene>
@@ -624,12 +626,21 @@ pub(crate) fn failure_of_run(outcome: &Outcome, job: &Job, sandbox: &Sandbox) ->
             Exceeded::Files => RunEnd::Files(limits.files),
         },
     };
-    RunFailure { end, output: last_output(outcome, sandbox) }
+    let output = match job.keep {
+        Keep::Tree(_) => output(outcome, sandbox, printed::ends),
+        _ => last_output(outcome, sandbox),
+    };
+    RunFailure { end, output }
 }
 
 /// The program's own error output.
 fn last_output(outcome: &Outcome, sandbox: &Sandbox) -> LastOutput {
-    let said = [&outcome.stdout, &outcome.stderr].map(printed::tail);
+    output(outcome, sandbox, printed::tail)
+}
+
+/// What of its output `shown` shows.
+fn output(outcome: &Outcome, sandbox: &Sandbox, shown: fn(&Printed) -> String) -> LastOutput {
+    let said = [&outcome.stdout, &outcome.stderr].map(shown);
     // Standard output counts only if standard error is empty.
     let text = said.into_iter().rev().find(|said| !said.is_empty()).unwrap_or_default();
     let is_hidden = sandbox.protections().contains(&Protection::Files);

@@ -209,6 +209,9 @@ impl SuiteArgs {
             rubric.check(&suite, None, path).map_err(Stop::bad_input)?;
         }
         if let Some(assignment) = &mut assignment {
+            for warning in assignment.unknown_groups(&suite) {
+                complain("warning", warning);
+            }
             assignment.narrow(&mut suite).map_err(Stop::bad_input)?;
             rubric.assign(assignment.clone());
         }
@@ -329,6 +332,10 @@ impl PackArgs {
     pub(super) fn starter(&self) -> Result<Option<&Path>, Stop> {
         match self.starter.as_slice() {
             [] => Ok(None),
+            [folder] if !folder.is_dir() => {
+                let folder = folder.display();
+                Err(Stop::bad_input(format!("--starter {folder}: folder not found")))
+            }
             [folder] => Ok(Some(folder)),
             _ => {
                 Err(Stop::bad_input("a pack has one folder of starter code\n  help: name it once"))

@@ -17,7 +17,8 @@ pub(super) struct Scenes<'a> {
 
 #[derive(Default)]
 struct State {
-    failed: usize,
+    /// The names of those that failed.
+    failed: Vec<String>,
     started: HashMap<String, Instant>,
     finished: SceneTimes,
 }
@@ -29,7 +30,12 @@ impl<'a> Scenes<'a> {
 
     /// Whether so many scenes failed that the run ended.
     pub(super) fn has_ended(&self) -> bool {
-        self.fail_fast.is_some_and(|limit| self.state().failed >= limit)
+        self.fail_fast.is_some_and(|limit| self.state().failed.len() >= limit)
+    }
+
+    /// The names of the scenes that failed, in the order in which they ended.
+    pub(super) fn failed(&self) -> Vec<String> {
+        self.state().failed.clone()
     }
 
     /// How long the finished scenes took.
@@ -50,7 +56,7 @@ impl Observer for Scenes<'_> {
             }
             Event::SceneFinished { name: Some(name), passed } => {
                 let mut state = self.state();
-                state.failed += usize::from(!passed);
+                state.failed.extend((!passed).then(|| name.to_owned()));
                 if let Some(start) = state.started.remove(name) {
                     state.finished.insert(name.to_owned(), start.elapsed());
                 }

@@ -27,7 +27,10 @@ impl RunArgs {
         for (name, value) in &self.limit {
             limits.set(name, *value).map_err(Stop::bad_input)?;
         }
-        let absolute = |path: &PathBuf| scene::input::real_path(path).map_err(Stop::about(path));
+        let absolute = |path: &PathBuf| {
+            let named = |error| Stop::bad_input(format!("--readable {}: {error}", path.display()));
+            scene::input::real_path(path).map_err(named)
+        };
         let readable = self.readable.iter().map(absolute).collect::<Result<Vec<_>, _>>()?;
         let sandbox = open_sandbox(self.unprotected, rubric)?;
         for path in &readable {

@@ -105,6 +105,8 @@ pub struct Interrupted {
     pub graded: usize,
     /// All scenes, without hidden ones.
     pub scenes: usize,
+    /// Whether it ended after as many failed scenes as it was told to.
+    pub fail_fast: bool,
 }
 
 impl fmt::Display for Interrupted {
@@ -393,7 +395,8 @@ impl Grading {
     /// Marks the grading as ended early and drops statements about all scenes together.
     pub fn interrupt(&mut self, suite: &Suite) {
         let graded = self.features.iter().map(|result| result.scenes.len()).sum();
-        self.interrupted = Some(Interrupted { graded, scenes: suite.cases.len() });
+        self.interrupted =
+            Some(Interrupted { graded, scenes: suite.cases.len(), fail_fast: false });
         (self.repetition, self.probing, self.copied) = (None, None, None);
         self.findings = Findings::default();
         self.fitting = None;

@@ -16,6 +16,7 @@
 
 use std::fs;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -219,8 +220,10 @@ impl SubmissionManifest {
             message: message.into(),
         };
         let manifest: Self = toml::from_str(text).map_err(|error| {
-            let start = error.span().map_or(0, |span| span.start).min(text.len());
-            invalid(1 + text[..start].matches('\n').count(), error.message().to_owned())
+            let span = error.span().unwrap_or_default();
+            let start = span.start.min(text.len());
+            let message = not_a_list(text, span).unwrap_or_else(|| error.message().to_owned());
+            invalid(1 + text[..start].matches('\n').count(), message)
         })?;
         let check = |key, command: &Option<Vec<String>>| {
             command.as_ref().map_or(Ok(()), |command| check_command(key, command))
@@ -231,6 +234,17 @@ impl SubmissionManifest {
             .map_err(|message| invalid(1, message))?;
         Ok(manifest)
     }
+}
+
+/// What to write, if a command at this place is one text instead of a list of words.
+fn not_a_list(text: &str, place: Range<usize>) -> Option<String> {
+    let (before, value) = (text.get(..place.start)?, text.get(place)?);
+    let key = before.lines().last()?.trim_end_matches(['=', ' ']).trim();
+    let command = value.strip_prefix('"')?.strip_suffix('"')?;
+    let words: Vec<String> = command.split_whitespace().map(|word| format!("\"{word}\"")).collect();
+    let is_command = ["build", "run", "serve"].contains(&key);
+    let list = words.join(", ");
+    is_command.then(|| format!("{key} is a list of words\n  help: write {key} = [{list}]"))
 }
 
 /// Checks that the command with this key names a program.
@@ -309,6 +323,21 @@ fn run_build(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_command_in_one_text_is_shown_as_a_list() {
+        let refused = |text: &str| {
+            let parsed = SubmissionManifest::parse(&text.into(), Path::new(MANIFEST));
+            parsed.unwrap_err().to_string()
+        };
+        let run = "run = [\"./a\", \"{scene}\", \"{trace}\"]\n";
+        let help =
+            "submission.toml:2: build is a list of words\n  help: write build = [\"make\", \"-j\"]";
+        assert_eq!(refused(&format!("{run}build = \"make -j\"\n")), help);
+        let help = "help: write run = [\"./a\", \"{scene}\"]";
+        assert!(refused("run=\"./a {scene}\"").ends_with(help));
+        assert!(refused(&format!("{run}format = \"xml\"\n")).contains("unknown variant"));
+    }
 
     #[test]
     fn control_characters_of_quoted_manifests_are_replaced() {

@@ -28,6 +28,7 @@ mod fit;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -104,7 +105,7 @@ struct AssignmentFile {
 #[serde(deny_unknown_fields)]
 struct EntryTable {
     section: Option<Section>,
-    groups: Option<Vec<String>>,
+    groups: Option<Vec<Spanned<String>>>,
     integrators: Option<Vec<Spanned<String>>>,
     forces: Option<Vec<Spanned<String>>>,
     points: Option<Spanned<f64>>,
@@ -116,12 +117,20 @@ struct EntryTable {
 struct Entry {
     line: usize,
     section: Option<Section>,
-    groups: Option<Vec<String>>,
+    groups: Option<Vec<Group>>,
     /// Primary names.
     integrators: Option<Vec<&'static str>>,
     forces: Option<Vec<String>>,
     points: Option<f64>,
     solver: Option<SolverName>,
+}
+
+/// The name of a group in an entry, and where it stands.
+#[derive(Debug, Clone, PartialEq)]
+struct Group {
+    name: String,
+    line: usize,
+    column: usize,
 }
 
 /// An assignment that cannot be used.
@@ -253,6 +262,11 @@ impl Assignment {
                 return Err(invalid(points.span().start, message));
             }
             let names = |words: Vec<Spanned<String>>| words.iter().map(integrator).collect();
+            let group = |word: Spanned<String>| {
+                let (line, column) = line_and_column(text, word.span().start);
+                Group { name: word.into_inner(), line, column }
+            };
+            let groups = groups.map(|words| words.into_iter().map(group).collect());
             Ok(Entry {
                 line,
                 section,
@@ -307,6 +321,22 @@ impl Assignment {
         }
         let set = self.points.iter().filter(|(known, _)| known == feature);
         set.map(|(_, points)| *points).next_back()
+    }
+
+    /// A warning about each group of its file that the suite does not have. It is no error, as a suite may be a part of the
+    /// one that the file was written for.
+    pub fn unknown_groups(&self, suite: &Suite) -> Vec<String> {
+        let known: BTreeSet<&str> =
+            suite.cases.iter().map(|case| case.feature.group.as_str()).collect();
+        let known: Vec<&str> = known.into_iter().collect();
+        let named = self.entries.iter().flat_map(|entry| entry.groups.iter().flatten());
+        let unknown = named.filter(|group| !known.contains(&group.name.as_str()));
+        let warning = |Group { name, line, column }: &Group| {
+            let help = closest(name, &known).map(|near| format!("\n  help: did you mean {near}?"));
+            let (path, help) = (self.path.display(), help.unwrap_or_default());
+            format!("{path}:{line}:{column}: no scene is in the group {name:?}{help}")
+        };
+        unknown.map(warning).collect()
     }
 
     /// Keeps the scenes of the assignment, each in its section.
@@ -403,7 +433,7 @@ impl Entry {
             case.scene.forces.iter().any(|force| tags.iter().any(|tag| tag == force.schema.tag))
         };
         let Feature { group, integrator, .. } = &case.feature;
-        self.groups.as_ref().is_none_or(|groups| groups.contains(group))
+        self.groups.as_ref().is_none_or(|groups| groups.iter().any(|named| named.name == *group))
             && self.integrators.as_ref().is_none_or(|names| names.contains(integrator))
             && self.forces.as_ref().is_none_or(has)
     }

@@ -140,7 +140,13 @@ fn near(pattern: &str, candidates: &[Candidate<'_>]) -> Vec<String> {
             words.chain([(similarity(pattern, name.rsplit('/').next().unwrap_or(name)), *name)]),
         );
     }
-    near.retain(|(similarity, _)| *similarity >= SIMILAR);
+    if near.iter().any(|(similarity, _)| *similarity >= SIMILAR) {
+        near.retain(|(similarity, _)| *similarity >= SIMILAR);
+    } else {
+        // The scenes of the group that it names.
+        let group = pattern.rsplit_once('/').map(|(group, _)| group);
+        near.retain(|(_, name)| group.is_some() && name.rsplit_once('/').map(|(g, _)| g) == group);
+    }
     // Stable: of equally similar names, the first.
     near.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut names: Vec<String> = Vec::new();
@@ -214,6 +220,11 @@ mod tests {
             "nothing matches \"springdamping/\"\n  help: did you mean SpringDamping or SpringDamping/chain?"
         );
         assert_eq!(message(&["qqqq"]), "nothing matches \"qqqq\"");
+        assert_eq!(
+            message(&["Spring/qqqq"]),
+            "nothing matches \"Spring/qqqq\"\n  help: did you mean Spring/two-springs, Spring/chain-of-ten or \
+             Spring/two-springs-damped?"
+        );
     }
 
     #[test]

@@ -100,8 +100,9 @@ const SECONDS: f64 = 5.0;
 
 fn parse_minutes(text: &str) -> Result<f64, String> {
     match text.parse() {
-        Ok(minutes) if (0.0..=1e5).contains(&minutes) => Ok(minutes),
-        _ => Err("not a number from 0 to 100000; write minutes, such as --minutes 0.5".to_owned()),
+        Ok(minutes) if minutes > 0.0 && minutes <= 1e5 => Ok(minutes),
+        _ => Err("not a number above 0 and up to 100000; write minutes, such as --minutes 0.5"
+            .to_owned()),
     }
 }
 

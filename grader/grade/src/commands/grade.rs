@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::parser::ValueSource;
 use grader::boundary::seal::Secret;
 use grader::grading::events::{Event, Observer, Task};
 use grader::grading::{Checks, GradingOutcome};
@@ -13,6 +14,7 @@ use sandbox::Protection;
 use simulator::solver::linear::LinearSolver;
 
 use crate::args::{Format, JudgeArgs, OnlyArgs, ReportArgs, RunArgs, SuiteArgs, VerboseArgs};
+use crate::commands::explain::ExplainArgs;
 use crate::inputs::{Inputs, Judging, open_oracle};
 use crate::interrupt::Interrupt;
 use crate::last_failed;
@@ -47,12 +49,12 @@ pub(crate) struct GradeArgs {
     last_failed: bool,
 
     /// End the run after this many scenes that did not pass (text only)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     fail_fast: Option<u32>,
 
     /// Show the slowest scenes with their times on standard error
-    #[arg(long, value_name = "N")]
-    durations: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
+    durations: Option<u32>,
 
     /// Grade again whenever the program, or a file of the submission's folder, changes
     #[arg(long, requires = "submission", conflicts_with_all = ["threads", "output"])]
@@ -194,12 +196,15 @@ impl GradeArgs {
         grader.functions = grader.functions.filter(|_| is_whole);
         let mut grading = grader.grade(&submission, protection);
         grading.provenance = Some(provenance);
-        let (has_ended, times) = (scenes.has_ended(), scenes.times());
+        let (has_ended, times, failed) = (scenes.has_ended(), scenes.times(), scenes.failed());
         drop(progress);
         if is_whole && !grading.is_own && grading.interrupted.is_none() {
             grading.fitting = inputs.fitting(&grading);
         }
         grading.since = record.as_deref().and_then(|record| last_failed::store(record, &grading));
+        if let Some(interrupted) = &mut grading.interrupted {
+            interrupted.fail_fast = has_ended && !interrupt.is_requested();
+        }
         let shown = Shown {
             grading: &grading,
             times: &times,
@@ -208,15 +213,22 @@ impl GradeArgs {
         };
         if let Some(interrupted) = grading.interrupted {
             reports.write_partial(shown)?;
-            if interrupt.is_requested() || !has_ended {
+            if !interrupted.fail_fast {
                 return Err(Stop(Exit::Interrupted, interrupted.to_string()));
             }
             complain("note", format!("ended by --fail-fast: {interrupted}"));
+            let arguments = self.arguments();
+            for scene in failed {
+                let explain = arguments.as_ref().map(|arguments| {
+                    format!("\n  help: `grade explain {scene} {arguments}` explains it")
+                });
+                complain("note", format!("{scene} did not pass{}", explain.unwrap_or_default()));
+            }
             return Ok(Exit::Failed);
         }
         reports.write(shown)?;
         platforms.write(shown, metadata.as_ref(), self.verbose.details())?;
-        for (time, scene) in slowest(&times, self.durations.unwrap_or(0)) {
+        for (time, scene) in slowest(&times, self.durations.unwrap_or(0) as usize) {
             complain("note", format!("{:8.3} s  {scene}", time.as_secs_f64()));
         }
         Ok(match grading.outcome() {
@@ -231,17 +243,23 @@ impl GradeArgs {
     fn arguments(&self) -> Option<String> {
         let path = self.submission.as_ref().or(self.traces.as_ref())?;
         let mut words = vec![quoted(path)];
-        let SuiteArgs { root, pack, .. } = &self.suite;
-        let named = [
-            ("--assignment", self.judge.assignment.as_ref().map(PathBuf::from)),
-            ("--pack", pack.pack.clone()),
-            ("--root", root.root.clone()),
-        ];
-        for (option, value) in named {
-            words.extend(value.map(|value| format!("{option} {}", quoted(&value))));
+        let given = Self::augment_args(clap::Command::new("grade"));
+        let given = given.try_get_matches_from(std::env::args_os()).ok()?;
+        // What `explain` takes too decides what is graded, and how.
+        let shared = ExplainArgs::augment_args(clap::Command::new("explain"));
+        for option in shared.get_arguments().filter(|option| option.get_long().is_some()) {
+            let (id, long) = (option.get_id().as_str(), option.get_long().unwrap_or_default());
+            let is_given = given.value_source(id) == Some(ValueSource::CommandLine);
+            if !is_given || ["no_progress", "threads"].contains(&id) {
+                continue;
+            }
+            if option.get_action().takes_values() {
+                let values = given.get_raw(id).into_iter().flatten();
+                words.extend(values.map(|value| format!("--{long} {}", quoted(value.as_ref()))));
+            } else {
+                words.push(format!("--{long}"));
+            }
         }
-        words.extend(self.run.readable.iter().map(|path| format!("--readable {}", quoted(path))));
-        words.extend(self.run.unprotected.then(|| "--unprotected".to_owned()));
         Some(words.join(" "))
     }
 

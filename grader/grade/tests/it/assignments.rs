@@ -273,7 +273,15 @@ fn failed_scenes_can_be_regraded_and_runs_cut_short() {
     assert!(code == 1 && text.contains(" 0/2 "), "{text}");
     let (code, text, notes) = grade(&["--fail-fast", "1"]);
     assert!(code == 1 && text.contains("no score"), "{text}");
+    assert!(text.contains("Ended by --fail-fast: "), "{text}");
     assert!(notes.contains("ended by --fail-fast"), "{notes}");
+    assert!(notes.contains("did not pass\n  help: `grade explain FixedParticles/"), "{notes}");
+    // Commands go on with all that decides what is graded, and with nothing else.
+    let options = ["--limit", "wall=9", "--criteria", "course", "--threads", "1"];
+    let (_, text, _) = grade(&[&options[..], &["--verbose"]].concat());
+    let next = folder::words(&text.replace("\\\n", ""));
+    let kept = "traces --limit wall=9 --assignment t1m1 --criteria course --";
+    assert!(next.contains(kept), "{next}");
     traces(&submission, &["FixedParticles"]);
     assert_eq!(grade(&["--last-failed"]).0, 0);
     let (_, _, notes) = grade(&["--last-failed"]);

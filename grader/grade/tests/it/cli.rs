@@ -699,6 +699,7 @@ fn one_run_has_several_reports() {
     refused(&["--report", "pdf=x"], reports);
     refused(&["--report", "text", "--format", "json"], "cannot be used with");
     refused(&["--report", "text", "--report", "json=x", "--fail-fast", "1"], "text reports");
+    refused(&["--durations", "-1"], "-1 is not in 1..");
 }
 
 #[test]
@@ -1106,6 +1107,31 @@ fn folder_submissions_are_built_and_graded() {
     let all = project.grade(&["mine", "--verbose"]).stdout;
     assert!(all.contains("  no luck\n  and the same for 2 more scenes\n"), "{all}");
     assert!(!project.path("mine/x").exists());
+
+    let failed = project.grade(&["mine", "--readable", "nowhere"]);
+    assert!(
+        failed.code == 2 && failed.stderr.contains("--readable nowhere: "),
+        "{}",
+        failed.stderr
+    );
+    let failed = project.grade(&["class", "mine", "-o", "results"]);
+    assert!(failed.stderr.contains("help: `grade mine` grades it"), "{}", failed.stderr);
+    let failed = project.grade(&["class", "mime", "-o", "results"]);
+    assert!(
+        failed.code == 2 && failed.stderr.contains("mime: folder not found"),
+        "{}",
+        failed.stderr
+    );
+
+    // The first error of a compiler is the cause of the others.
+    let compiler = "echo first error >&2; seq 3000 >&2; exit 1";
+    project.write("mine/submission.toml", &manifest(&format!("\"sh\", \"-c\", \"{compiler}\"")));
+    let text = project.grade(&["mine", "--verbose"]).stdout;
+    for part in ["it printed:\n  first error\n  1\n", "lines left out …\n", "  3000\n"] {
+        assert!(text.contains(part), "{text}");
+    }
+    project
+        .write("mine/submission.toml", &manifest("\"sh\", \"-c\", \"echo no luck >&2; exit 7\""));
 
     let run = project.grade(&["mine", "--format", "json"]);
     assert_eq!(run.stdout.matches("\"verdict\": \"build-failed\"").count(), 3);

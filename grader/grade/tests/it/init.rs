@@ -20,7 +20,7 @@ fn passes_the_simplest_group(language: Language, readable: &[&str]) {
     assert!(init().unwrap().status.success());
     let again = init().unwrap();
     assert_eq!(again.status.code(), Some(2), "nothing is overwritten");
-    assert!(String::from_utf8_lossy(&again.stderr).contains("already exists"));
+    assert!(String::from_utf8_lossy(&again.stderr).contains("help: name another folder"));
 
     let mut grade = Command::new(GRADE);
     grade.arg(&submission).args(["--only", "Inertia", "--root"]).arg(root()).args(readable);

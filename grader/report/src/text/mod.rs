@@ -403,7 +403,8 @@ fn write_summary(
         Remarks::Warnings => write_warnings(out, grading)?,
     }
     if let Some(interrupted) = grading.interrupted {
-        return writeln!(out, "  {ODD}Interrupted: {interrupted}; no score.{ODD:#}");
+        let ended = if interrupted.fail_fast { "Ended by --fail-fast" } else { "Interrupted" };
+        return writeln!(out, "  {ODD}{ended}: {interrupted}; no score.{ODD:#}");
     }
     let style = match grading.outcome() {
         GradingOutcome::Passed | GradingOutcome::PassedShipped => GOOD,

@@ -306,7 +306,10 @@ pub fn write(
     let files: Vec<(PathBuf, String)> =
         files.map(|(name, text)| (folder.join(name), text)).collect();
     if let Some((path, _)) = files.iter().find(|(path, _)| path.exists()) {
-        let message = format!("{} already exists; nothing was written", path.display());
+        let message = format!(
+            "{} already exists; nothing was written\n  help: name another folder",
+            path.display()
+        );
         return Err(io::Error::new(io::ErrorKind::AlreadyExists, message));
     }
     for (path, text) in &files {

@@ -66,6 +66,13 @@ fn scenes_follow_from_the_scope_and_later_entries_override_earlier_ones() {
                 [[feature]]\nsection = \"required\"\nforces = [\"dragdamping\"]\npoints = 3\n\
                 [[feature]]\nsection = \"unscored\"\nintegrators = [\"symplectic\"]\nsolver = \"dense\"\n";
     let mut assignment = parse(text).unwrap();
+    let misspelt = format!("{text}[[feature]]\ngroups = [\"Drag\", \"Inertai\", \"Wind\"]\n");
+    let warnings = [
+        "springs.toml:14:19: no scene is in the group \"Inertai\"\n  help: did you mean Inertia?",
+        "springs.toml:14:30: no scene is in the group \"Wind\"",
+    ];
+    assert_eq!(parse(&misspelt).unwrap().unknown_groups(&suite), warnings);
+    assert!(assignment.unknown_groups(&suite).is_empty());
     assignment.narrow(&mut suite).unwrap();
     let found: Vec<(&str, Section, Option<f64>)> = suite
         .cases

@@ -31,6 +31,7 @@ use grader::class::layout::Layout;
 use grader::class::plan::{Plan, Planned};
 use grader::class::record::{Foreign, Record};
 use grader::grading::events::Observer;
+use grader::submission::folder::is_submission;
 use grader::suite::hash_bytes;
 use rayon::prelude::*;
 use report::class::{ALTERED, Gap, Missing};
@@ -295,6 +296,17 @@ fn grade(
     output: &Path,
     args: &ClassArgs,
 ) -> Result<Exit, Stop> {
+    if !folder.exists() {
+        let message = "folder not found\n  help: name the folder with one entry a student";
+        return Err(Stop::about(folder)(message));
+    }
+    if is_submission(folder) {
+        let shown = folder.display();
+        return Err(Stop::bad_input(format!(
+            "{shown}: is one submission, with a submission.toml, and no class\n  help: `grade {shown}` grades it; a class is \
+             a folder with one entry a student"
+        )));
+    }
     let most = match args.plan.on {
         On::Slurm => slurm::ready(output)?,
         On::Local | On::Nothing => 0,

@@ -80,6 +80,9 @@ fn regenerate(accept: Option<&[String]>, args: &SuiteArgs) -> Result<Exit, Stop>
             let names = staged.changes.iter().map(|(name, _)| name.as_str());
             let candidates = names.map(|name| Candidate { name, group: None, integrator: None });
             let candidates: Vec<Candidate<'_>> = candidates.collect();
+            if candidates.is_empty() {
+                return Err(Stop::bad_input("no trace changes: there is nothing to accept"));
+            }
             let chosen = choose(patterns, &candidates).map_err(Stop::bad_input)?;
             let chosen = candidates.iter().zip(chosen).filter(|(_, is_chosen)| *is_chosen);
             chosen.map(|(candidate, _)| candidate.name.to_owned()).collect()

@@ -233,12 +233,14 @@ impl<'a> Session<'a> {
         let full_steps = match &self.steps[full_steps].1 {
             Ok(steps) => steps,
             Err(failure) => {
-                report.step = failed(failure);
-                let blocks = match report.step.verdict {
-                    Verdict::Wrong => Finding::not_measured(&failure.to_string()),
-                    _ => report.step.clone(),
+                // A solver that diverges on these scenes says nothing of the forces.
+                report.step = match failed(failure) {
+                    finding if finding.verdict == Verdict::Wrong => {
+                        Finding::not_measured(&failure.to_string())
+                    }
+                    finding => finding,
                 };
-                return not_judged(report, &blocks);
+                return not_judged(report, &report.step.clone());
             }
         };
         let without_steps = match without_steps.map(|index| &self.steps[index].1) {

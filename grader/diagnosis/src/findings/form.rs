@@ -261,11 +261,13 @@ fn in_numbers(judged: &JudgedScene<'_>, first: &FirstWrong<'_>) -> Option<Kind> 
     // An initial state can differ by rounding alone, whatever the later ones do. Rounded numbers have few digits later too;
     // otherwise they are read so.
     let rounded = match (first.step, row(0)) {
-        (0, Some(initial)) => in_digits(first.context).or_else(|| {
-            let kind = in_digits(std::slice::from_ref(initial));
-            kind.map(|kind| if is_kept(&kind, first.context) { kind } else { Kind::InitialRounded })
-        }),
-        _ => in_digits(first.context),
+        (0, Some(initial)) => {
+            let mut kinds = in_digits(std::slice::from_ref(initial));
+            let kept = kinds.iter().position(|kind| is_kept(kind, first.context));
+            let kept = kept.map(|number| kinds.swap_remove(number));
+            kept.or((!kinds.is_empty()).then_some(Kind::InitialRounded))
+        }
+        _ => in_digits(first.context).into_iter().next(),
     };
     if rounded.is_some() || first.step > 0 {
         return rounded;
@@ -408,13 +410,15 @@ fn in_order(
     })
 }
 
-/// Whether all numbers are the oracle's, rounded.
-fn in_digits(context: &[ContextRow]) -> Option<Kind> {
+/// The forms in which all numbers are the oracle's, rounded: the one with the fewest digits first.
+fn in_digits(context: &[ContextRow]) -> Vec<Kind> {
     let pairs = || context.iter().flat_map(|row| row.expected.iter().zip(&row.got));
-    let digits = pairs().map(|(_, got)| digits(*got)).max()?;
     let within = |unit: &dyn Fn(f64) -> f64| {
         pairs().all(|(expected, got)| (expected - got).abs() <= 0.51 * unit(*expected))
     };
+    let mut kinds = Vec::new();
+    let most = |count: fn(f64) -> usize| pairs().map(|(_, got)| count(*got)).max();
+    let (Some(digits), Some(decimals)) = (most(digits), most(decimals)) else { return kinds };
     let significant = |value: f64| {
         if value == 0.0 {
             return 0.0;
@@ -422,17 +426,18 @@ fn in_digits(context: &[ContextRow]) -> Option<Kind> {
         10f64.powi(value.abs().log10().floor() as i32 + 1 - digits as i32)
     };
     if digits <= FEW_DIGITS && within(&significant) {
-        return Some(Kind::Digits(digits));
+        kinds.push(Kind::Digits(digits));
     }
-    let decimals = pairs().map(|(_, got)| decimals(*got)).max()?;
     if decimals <= FEW_DIGITS && within(&|_| 10f64.powi(-(decimals as i32))) {
-        return Some(Kind::Decimals(decimals));
+        kinds.push(Kind::Decimals(decimals));
     }
     let scale = pairs().fold(0.0, |most: f64, (expected, _)| most.max(expected.abs()));
     let single =
         pairs().all(|(expected, got)| is_single(*got) && (expected - got).abs() <= NEARLY * scale);
-    let single = single && pairs().any(|(expected, _)| f64::from(*expected as f32) != *expected);
-    single.then_some(Kind::Single)
+    if single && pairs().any(|(expected, _)| f64::from(*expected as f32) != *expected) {
+        kinds.push(Kind::Single);
+    }
+    kinds
 }
 
 /// Whether the numbers of all states are written in this form.
@@ -471,7 +476,7 @@ mod tests {
 
     #[test]
     fn rounded_numbers_are_recognized_by_their_digits() {
-        let kind = |values: &[(f64, f64)]| in_digits(&rows(values));
+        let kind = |values: &[(f64, f64)]| in_digits(&rows(values)).into_iter().next();
         let (a, b) = (22.0 / 7.0, 1e3 / 7.0);
         assert_eq!(kind(&[(a, 3.14286), (b, 142.857)]), Some(Kind::Digits(6)));
         assert_eq!(kind(&[(a, 3.142857), (b, 142.857143)]), Some(Kind::Decimals(6)));

@@ -300,7 +300,8 @@ fn grade(
         let message = "folder not found\n  help: name the folder with one entry a student";
         return Err(Stop::about(folder)(message));
     }
-    if is_submission(folder) {
+    // A class may also be an archive.
+    if folder.is_dir() && is_submission(folder) {
         let shown = folder.display();
         return Err(Stop::bad_input(format!(
             "{shown}: is one submission, with a submission.toml, and no class\n  help: `grade {shown}` grades it; a class is \

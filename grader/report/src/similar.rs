@@ -6,6 +6,7 @@ use grader::boundary::printed::InertCsv;
 use grader::class::similar::{Place, Run, Similarity};
 
 use crate::table::{self, BOLD, Cell, DIM, ODD, header};
+use crate::wrap::wrap;
 
 /// Most pairs that the text shows; the CSV file has all.
 const PAIRS_SHOWN: usize = 100;
@@ -30,13 +31,23 @@ const COLUMNS: [&str; 13] = [
     "second_last_line",
 ];
 
-/// Writes the pairs as text.
+/// Writes the pairs as text, in lines of at most `width` characters.
 ///
 /// # Errors
 /// If writing fails.
-pub fn write(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
-    let Similarity { config, common, hand_ins, pairs, not_compared } = similarity;
+pub fn write(out: &mut dyn Write, similarity: &Similarity, width: usize) -> io::Result<()> {
+    let mut text = Vec::new();
+    write_lines(&mut text, similarity)?;
+    out.write_all(wrap(&String::from_utf8_lossy(&text), width).as_bytes())
+}
+
+fn write_lines(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
+    let Similarity { config, common, hand_ins, equal, pairs, not_compared } = similarity;
     writeln!(out, "{BOLD}Shared code, for people to judge{BOLD:#}")?;
+    for names in equal {
+        let (count, names) = (names.len(), names.join(", "));
+        writeln!(out, "  {BOLD}the same source{BOLD:#}, token by token, {count} times: {names}")?;
+    }
     let name = |place: usize| hand_ins[place].name.clone();
     let mut cells = vec![header(&["", "first", "its part", "second", "its part"], 0..1)];
     for (number, pair) in pairs.iter().take(PAIRS_SHOWN).enumerate() {
@@ -99,8 +110,8 @@ pub fn write(out: &mut dyn Write, similarity: &Similarity) -> io::Result<()> {
     writeln!(
         out,
         "  {DIM}Names, values, comments, layout and the order of functions do not count. Every shared run of {} tokens is \
-         found, none below {}. Common is what more than {} hand-ins have. Part: of the tokens that are neither. Listed \
-         from {}.{DIM:#}",
+         found, none below {}. Common is what more than {} hand-ins have, where those with the same source count once: \
+         the first of them is compared with the others. Part: of the tokens that are neither. Listed from {}.{DIM:#}",
         config.found_from(),
         config.k,
         common,

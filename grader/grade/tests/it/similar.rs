@@ -68,7 +68,10 @@ fn archives_and_included_files_are_compared() {
     fs::write(project.path("class/hw.zip"), &zip).unwrap();
     let run = project.grade(&["class", "class", "--similar", "--root", "."]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    assert!(run.stdout.contains("  6  ") && !run.stdout.contains("  7  "), "{}", run.stdout);
+    // The first with each of the other two of the same source, and with the one that includes it.
+    assert!(run.stdout.contains("  3  ") && !run.stdout.contains("  4  "), "{}", run.stdout);
+    let same = "the same source, token by token, 3 times: ada, hw.zip, zipped\n";
+    assert!(run.stdout.contains(same), "{}", run.stdout);
     assert!(!run.stdout.contains("not compared"), "{}", run.stdout);
 
     let manifest = "title = \"t\"\n[hand-in]\nfiles = [\"FOSSSim/*.cpp\"]\n[starter]\nfolder = \"start\"\n[run]\n\

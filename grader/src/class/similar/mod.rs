@@ -9,7 +9,8 @@
 //! Renaming, retyping, comments, layout and the order of functions change nothing. A run is found if it has at least
 //! [`Config::found_from`] tokens, and is never reported on the hash alone: its tokens are compared. Reading, hashing and
 //! the index are linear in the tokens of the class. A fingerprint of more than [`Config::common`] hand-ins is left out of
-//! the index, so that each adds at most that many pairs for each of its owners.
+//! the index, so that each adds at most that many pairs for each of its owners. Hand-ins with the same tokens count as one
+//! there: the first is compared with the class, and with each of the others.
 
 mod pair;
 mod tokens;
@@ -98,8 +99,10 @@ pub struct Similarity {
     pub config: Config,
     /// The most hand-ins that have a k-gram that is not common.
     pub common: usize,
-    /// The hand-ins, by name.
+    /// The hand-ins: those that were compared by name, then the others.
     pub hand_ins: Vec<HandInTokens>,
+    /// Names of hand-ins with the same tokens, so many that are not of starter code that they could be compared.
+    pub equal: Vec<Vec<String>>,
     /// The pairs that are listed: those that share most come first.
     pub pairs: Vec<Pair>,
     /// Hand-ins that were not compared, with the reason.
@@ -249,6 +252,16 @@ impl Sources {
         self.starts.push(self.tokens.len());
     }
 
+    /// The kinds of its tokens, file by file, whatever the names of the files.
+    fn kinds(&self) -> Vec<Vec<u32>> {
+        let of_file = |ends: &[usize]| {
+            self.tokens[ends[0]..ends[1]].iter().map(|token| token.kind).collect::<Vec<_>>()
+        };
+        let mut files: Vec<_> = self.starts.windows(2).map(of_file).collect();
+        files.sort_unstable();
+        files
+    }
+
     /// Its k-grams: the place of the first token, and the hash. None spans two files.
     fn k_grams(&self, k: usize) -> impl Iterator<Item = (usize, u64)> {
         self.starts.windows(2).flat_map(move |ends| {
@@ -261,6 +274,8 @@ impl Sources {
 /// A hand-in that is compared.
 struct Compared {
     sources: Sources,
+    /// The first hand-in with the same tokens, by its place in the class.
+    equals: usize,
     /// Whether each token is its own: neither of starter code nor common.
     own: Vec<bool>,
     counts: HandInTokens,
@@ -274,43 +289,59 @@ pub fn compare(mut class: Vec<Sources>, starter: &[Sources], config: Config) -> 
     let k = config.k;
     let of_starter: HashSet<u64> =
         starter.iter().flat_map(|sources| sources.k_grams(k)).map(|(_, hash)| hash).collect();
-    // The number of hand-ins with each k-gram.
+    // The first hand-in with the same tokens as each.
+    let mut first_with: HashMap<Vec<Vec<u32>>, usize> = HashMap::new();
+    let equals: Vec<usize> = class
+        .iter()
+        .enumerate()
+        .map(|(place, sources)| *first_with.entry(sources.kinds()).or_insert(place))
+        .collect();
+    // The number of different hand-ins with each k-gram.
     let mut owners: HashMap<u64, usize> = HashMap::new();
-    for sources in &class {
+    let different = || class.iter().enumerate().filter(|(place, _)| equals[*place] == *place);
+    for (_, sources) in different() {
         let distinct: HashSet<u64> = sources.k_grams(k).map(|(_, hash)| hash).collect();
         for hash in distinct {
             *owners.entry(hash).or_default() += 1;
         }
     }
-    let most = config.common(class.len());
+    let most = config.common(different().count());
     let is_common = |hash: &u64| owners.get(hash).is_some_and(|owners| *owners > most);
-    let compared = class.into_par_iter();
+    let compared = class.into_par_iter().zip(equals);
     let compared: Vec<Compared> = compared
-        .map(|sources| Compared::new(sources, config, |hash| of_starter.contains(hash), is_common))
+        .map(|(sources, equals)| {
+            let is_starter = |hash: &u64| of_starter.contains(hash);
+            Compared::new((sources, equals), config, is_starter, is_common)
+        })
         .collect();
+    let mut equal: BTreeMap<usize, Vec<String>> = BTreeMap::new();
+    for Compared { equals, counts, .. } in &compared {
+        if counts.tokens - counts.starter >= config.least_tokens {
+            equal.entry(*equals).or_default().push(counts.name.clone());
+        }
+    }
+    let equal = equal.into_values().filter(|names| names.len() > 1).collect();
     let (compared, too_short): (Vec<_>, Vec<_>) =
         compared.into_iter().partition(|hand_in| hand_in.counts.own() >= config.least_tokens);
-    let not_compared = too_short.into_iter().map(|Compared { counts, .. }| {
+    let not_compared = too_short.iter().map(|Compared { counts, .. }| {
         let reason = match counts {
             HandInTokens { tokens: 0, unread: 0, .. } => {
                 "it has no sources in a known language".to_owned()
             }
-            HandInTokens { unread: 1.., .. } => format!(
-                "{} tokens of its own in what was read; source files not read: {}",
-                counts.own(),
-                counts.unread
+            HandInTokens { tokens, starter, common, .. } => format!(
+                "{} tokens of its own; of {tokens}, {starter} are starter code and {common} are common",
+                counts.own()
             ),
-            _ => format!("{} tokens of its own", counts.own()),
         };
-        (counts.name, reason)
+        (counts.name.clone(), reason)
     });
     let not_compared = not_compared.collect();
     let pairs = candidates(&compared, config);
     let mut pairs: Vec<Pair> =
         pairs.into_par_iter().map(|pair| pair::pair(&compared, pair, config)).collect();
-    let hand_ins: Vec<HandInTokens> = compared.into_iter().map(|hand_in| hand_in.counts).collect();
+    let hand_ins = compared.into_iter().chain(too_short).map(|hand_in| hand_in.counts).collect();
     let mut similarity =
-        Similarity { config, common: most, hand_ins, pairs: Vec::new(), not_compared };
+        Similarity { config, common: most, hand_ins, equal, pairs: Vec::new(), not_compared };
     let larger = |pair: &Pair| similarity.part(pair, 0).max(similarity.part(pair, 1));
     pairs.retain(|pair| larger(pair) >= config.listed_from);
     pairs.sort_by(|a, b| {
@@ -325,7 +356,7 @@ pub fn compare(mut class: Vec<Sources>, starter: &[Sources], config: Config) -> 
 
 impl Compared {
     fn new(
-        sources: Sources,
+        (sources, equals): (Sources, usize),
         config: Config,
         is_starter: impl Fn(&u64) -> bool,
         is_common: impl Fn(&u64) -> bool,
@@ -359,15 +390,22 @@ impl Compared {
             common: count(&mut starter.iter().zip(&common).map(|(a, b)| !a && *b)),
             unread: sources.unread,
         };
-        Self { sources, own, counts, fingerprints }
+        Self { sources, equals, own, counts, fingerprints }
     }
 }
 
 /// The pairs of which a fingerprint is in both, in order, if their shared fingerprints could make up half of the part from
-/// which pairs are listed.
+/// which pairs are listed. Of hand-ins with the same tokens, the first is in pairs with all others, the rest with the first.
 fn candidates(compared: &[Compared], config: Config) -> Vec<[usize; 2]> {
     let mut index: HashMap<u64, Vec<usize>> = HashMap::new();
+    let mut firsts: HashMap<usize, usize> = HashMap::new();
+    let mut pairs: Vec<[usize; 2]> = Vec::new();
     for (number, hand_in) in compared.iter().enumerate() {
+        let first = *firsts.entry(hand_in.equals).or_insert(number);
+        if first != number {
+            pairs.push([first, number]);
+            continue;
+        }
         for hash in hand_in.fingerprints.keys() {
             index.entry(*hash).or_default().push(number);
         }
@@ -384,8 +422,7 @@ fn candidates(compared: &[Compared], config: Config) -> Vec<[usize; 2]> {
         let fewest = pair.map(|number| compared[number].fingerprints.len()).into_iter().min();
         *shared as f64 >= 0.5 * config.listed_from * fewest.unwrap_or(0) as f64
     };
-    let mut pairs: Vec<[usize; 2]> =
-        shared.into_iter().filter(is_enough).map(|(pair, _)| pair).collect();
+    pairs.extend(shared.into_iter().filter(is_enough).map(|(pair, _)| pair));
     pairs.sort_unstable();
     pairs
 }

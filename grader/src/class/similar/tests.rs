@@ -104,7 +104,27 @@ fn starter_code_is_subtracted() {
         &[sources("starter", &skeleton)],
         Config::default(),
     );
-    assert_eq!(found.not_compared, [("cleo".to_owned(), "0 tokens of its own".to_owned())]);
+    let [(name, reason)] = &found.not_compared[..] else { panic!("{found:?}") };
+    assert!(name == "cleo" && reason.starts_with("0 tokens of its own; of "), "{reason}");
+    assert_eq!(found.hand_ins.len(), 2);
+}
+
+/// A ring of copies, larger than the number from which tokens are common.
+#[test]
+fn equal_hand_ins_are_named_and_count_once() {
+    let ring = |number: usize| sources(&format!("cheat{number}"), INDEPENDENT[0].1);
+    let mut class: Vec<Sources> =
+        INDEPENDENT[1..].iter().map(|(name, text)| Sources::of(name, [(*name, *text)])).collect();
+    class.extend((1..=8).map(ring));
+    class.push(sources("disguised", &disguised(INDEPENDENT[0].1)));
+    let found = compare(class, &[], Config::default());
+    let names: Vec<String> = (1..=8).map(|number| format!("cheat{number}")).collect();
+    assert_eq!(found.equal, [names]);
+    assert_eq!(found.not_compared, []);
+    assert_eq!(found.hand_ins.len(), 12);
+    // The first is compared with the seven others, and with the disguised copy.
+    assert_eq!(found.pairs.len(), 8);
+    assert!(found.pairs.iter().all(|pair| found.hand_ins[pair.hand_ins[0]].name == "cheat1"));
 }
 
 #[test]

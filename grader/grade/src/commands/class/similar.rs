@@ -21,6 +21,7 @@ use crate::inputs::assignments_below;
 use crate::output::print;
 use crate::stop::{Exit, Stop};
 use crate::submission::strongest;
+use crate::terminal::width;
 
 pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
     if let Some(output) = &args.output {
@@ -67,7 +68,7 @@ pub(super) fn list(args: &ClassPlace, suite: &SuiteArgs) -> Result<Exit, Stop> {
     similarity.not_compared.extend(others);
     similarity.not_compared.sort();
     let mut text = Vec::new();
-    report::similar::write(&mut text, &similarity).map_err(Stop::fault)?;
+    report::similar::write(&mut text, &similarity, width()).map_err(Stop::fault)?;
     if let Some(output) = &args.output {
         fs::create_dir_all(output).map_err(Stop::about(output))?;
         let csv = report::similar::csv(&similarity).map_err(Stop::fault)?;

@@ -226,6 +226,11 @@ fn adjustments_are_kept_and_shown_with_their_reasons() {
     for more in [&[][..], &["--resume"]] {
         let summary = grade(more);
         assert!(summary.contains("  adjusted: ada_t1: +1.5 points: regrade 12\n"), "{summary}");
+        assert!(
+            summary.contains("8 of 10 points remain; with adjustments, 9.5 count\n"),
+            "{summary}"
+        );
+        assert!(summary.contains("show the points before what lateness takes off\n"), "{summary}");
         assert_eq!(project.read("m.csv"), "Username,Spring Oracle\nada,9.5\nbob,0\n");
     }
     let table = project.read("out/summary.csv");
@@ -239,6 +244,12 @@ fn adjustments_are_kept_and_shown_with_their_reasons() {
     grade(&["--resume"]);
     assert_ne!(project.read("out/resume/ada_t1.json"), ada);
     assert_eq!(project.read("out/resume/bob.json"), bob);
+    let text = ["class", "class", "-o", "text", "--unprotected", "--no-jacobians", "--no-progress"];
+    let adjusted = ["--roster", "roster.csv", "--adjustments", "a.csv", options[2], options[3]];
+    project.grade(&[&text[..], &adjusted].concat());
+    let text = project.read("text/reports/ada_t1.txt");
+    let sum = "12 points with adjustments, before what lateness takes off.\n";
+    assert!(text.contains(sum), "{text}");
     project.write("a.csv", "student,points,reason\nEve,2,x\n");
     let run = class(&project, &options);
     assert!(
@@ -246,6 +257,22 @@ fn adjustments_are_kept_and_shown_with_their_reasons() {
         "{}",
         run.stderr
     );
+}
+
+/// Without `[late]`, nothing is taken off; a hand-in that nobody could grade has no row.
+#[test]
+fn what_has_no_rule_or_no_grade_is_said() {
+    let project = Project::new();
+    project.write("assets/rubric.toml", "[default]\npoints = 5\n");
+    project.program("class/ada", RIGHT);
+    project.write("class/bob/notes.txt", "no program");
+    project.write("roster.csv", "login,submitted\nada,2026-02-03T00:00:00Z\nbob,\n");
+    let due = ["--gradebook", "moodle=m.csv", "--due", "2026-02-01T23:59:00Z"];
+    let run = class(&project, &due);
+    let late = "  late: ada: on day 2 after the deadline; nothing is taken off, as the rubric has no rule for";
+    assert!(run.stdout.contains(late), "{}", run.stdout);
+    assert!(run.stdout.contains("  no points: bob: bob could not be graded\n"), "{}", run.stdout);
+    assert_eq!(project.read("m.csv"), "Username,Spring Oracle\nada,10\n");
 }
 
 #[test]

@@ -434,7 +434,7 @@ fn write_summary(
     }
 }
 
-/// Writes the points that the teacher granted or withdrew, and those that count.
+/// Writes the points that the teacher granted or withdrew, and the sum. What lateness takes off is not known here.
 pub(super) fn write_adjustments(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     for Adjustment { points, reason } in &grading.adjustments {
         let sign = if *points < 0.0 { "" } else { "+" };
@@ -443,7 +443,7 @@ pub(super) fn write_adjustments(out: &mut dyn Write, grading: &Grading) -> io::R
     match grading.credit().shown(grading.faults) {
         Some(earned) if !grading.adjustments.is_empty() => writeln!(
             out,
-            "  {BOLD}{} points{BOLD:#} count.",
+            "  {BOLD}{} points{BOLD:#} with adjustments, before what lateness takes off.",
             points::shown(grading.adjusted(earned))
         ),
         _ => Ok(()),

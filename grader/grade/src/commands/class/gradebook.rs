@@ -145,10 +145,16 @@ impl Class<'_> {
             remarks.push(warning);
         }
         let mut graded = Vec::with_capacity(students);
+        let mut has_less = false;
         for (student, submission) in roster.students.iter().zip(&matching.submissions) {
-            let points =
-                submission.and_then(|place| self.points(student, &rows[place], &mut remarks));
+            let row = submission.map(|place| &rows[place]);
+            let points = row.and_then(|row| self.points(student, row, &mut remarks));
+            has_less |= points.is_some() && points.as_ref() != row.map(|row| &row.points);
             graded.push((student, points));
+        }
+        if has_less {
+            let remark = "the table and the reports show the points before what lateness takes off";
+            remarks.push(remark.to_owned());
         }
         let assignment = self.inputs.assignment.as_ref().map(|assignment| &*assignment.name);
         let column = args.column.as_deref().or(assignment).unwrap_or("Spring Oracle");
@@ -165,7 +171,7 @@ impl Class<'_> {
         Ok(remarks)
     }
 
-    /// The points that count for a student; `None` if the submission could not be judged. Adds remarks on what
+    /// The points that count for a student; `None` if the submission could not be graded or judged. Adds remarks on what
     /// changed them.
     fn points(&self, student: &Student, row: &Row, remarks: &mut Vec<String>) -> Option<String> {
         let shown = student.shown();
@@ -174,6 +180,11 @@ impl Class<'_> {
             remarks.push(format!("no points: {shown}: {} could not be judged", row.name));
             return None;
         };
+        // Points by hand say that somebody looked at it.
+        if row.is_refused() && row.adjustments.is_empty() {
+            remarks.push(format!("no points: {shown}: {} could not be graded", row.name));
+            return None;
+        }
         if row.not_judged != "0" {
             remarks.push(format!("not judged: {shown}: {} points of {}", row.not_judged, row.name));
         }
@@ -196,13 +207,25 @@ impl Class<'_> {
             return Some(row.points.clone());
         };
         let Lateness { days, percent } = late;
+        if self.inputs.rubric.late().penalty.0 == 0.0 {
+            remarks.push(format!(
+                "late: {shown}: on day {days} after the deadline; nothing is taken off, as the rubric has no rule for \
+                 that ([late])"
+            ));
+            return Some(row.points.clone());
+        }
         let remaining = points::shown(late.remaining(earned));
         let of = points::shown(earned);
+        let points = counted(late.remaining(earned));
+        let adjusted = match &*row.adjustments {
+            [] => String::new(),
+            [_, ..] => format!("; with adjustments, {points} count"),
+        };
         remarks.push(format!(
-            "late: {shown}: on day {days} after the deadline, {} % taken off, {remaining} of {of} points remain",
+            "late: {shown}: on day {days} after the deadline, {} % taken off, {remaining} of {of} points remain{adjusted}",
             points::shown(percent)
         ));
-        Some(counted(late.remaining(earned)))
+        Some(points)
     }
 
     /// Facts of the platform about a submission.

@@ -6,7 +6,7 @@ mod forest;
 use needs::needs;
 use scene::{self, Dimension, ForceElement, ParseOptions, Particle, Scene};
 use simulator::generate::{
-    Beam, Bodies, Chain, Cloth, Disc, Generator, Net, REGISTRY, Ring, Rope, Sheet, Timeline,
+    Beam, Block, Bodies, Chain, Cloth, Disc, Generator, Net, REGISTRY, Ring, Rope, Sheet, Timeline,
 };
 use simulator::sizes::PARALLEL;
 use simulator::vocabulary;
@@ -124,6 +124,9 @@ fn generated() -> Vec<(String, Scene)> {
             "sheet" => {
                 let sheet = Sheet { nx: 100, ny: 45, width: 10.0, height: 4.5, ..Sheet::default() };
                 vec![Box::new(Sheet { timeline, ..sheet })]
+            }
+            "block" => {
+                vec![Box::new(Block { nx: 24, ny: 8, nz: 7, timeline, ..Block::default() })]
             }
             "disc" => vec![Box::new(Disc { rings: 38, timeline, ..Disc::default() })],
             "rope" => {

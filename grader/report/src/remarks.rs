@@ -74,8 +74,8 @@ pub(crate) fn measured(grading: &Grading) -> impl Iterator<Item = (&PartReport, 
     })
 }
 
-/// The forces whose implicit steps are wrong as a whole, for no known reason, in a sentence; `None` if there are none
-/// but those that are named elsewhere.
+/// A sentence on the forces whose implicit steps are wrong as a whole for no known reason, without those that `is_named`
+/// holds for; `None` if no force is left.
 pub(crate) fn wrong_steps(grading: &Grading, is_named: impl Fn(&str) -> bool) -> Option<String> {
     let probing = grading.probing.as_ref()?;
     let mut tags: Vec<&str> = Vec::new();

@@ -105,7 +105,7 @@ pub struct Interrupted {
     pub graded: usize,
     /// All scenes, without hidden ones.
     pub scenes: usize,
-    /// Whether it ended after as many failed scenes as it was told to.
+    /// Whether `--fail-fast` ended it.
     pub fail_fast: bool,
 }
 

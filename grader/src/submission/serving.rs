@@ -7,8 +7,8 @@
 //! Each line holds the two files of a call. The program writes each trace before it turns to the next line, and may end at a
 //! scene that it does not simulate. The start of a program takes longer than a small scene.
 //!
-//! A scene without a trace is run again by itself, which says why there is none. If a run ends with another status than 0, its
-//! last scene is run again as well. The caller runs the program on each scene by itself before it calls it wrong: a program may keep
+//! A scene without a trace is run again alone, to learn why it has none. If the exit status of a run is not 0, its last
+//! scene is run again too. The caller runs the program on each scene by itself before it calls it wrong: a program may keep
 //! something from one scene to the next.
 
 use std::fmt::Write;

@@ -48,9 +48,9 @@ pub(crate) struct Settings {
     stiffness: f64,
     /// Added to the damping of every spring.
     damping: f64,
-    /// Factor of the moduli of elastic bodies; `None` if there are none.
+    /// Factor of the moduli of elastic bodies; `None` if the scene has no elastic body.
     modulus: Option<f64>,
-    /// Poisson's ratio of the elements that have one; `None` if there are none.
+    /// Poisson's ratio of the elements with that parameter; `None` if no element has it.
     poisson: Option<f64>,
     /// Strength of the wind; 0 if there is none.
     wind: f64,

@@ -89,12 +89,7 @@ impl Generator for Block {
         builder.body(&places, tetrahedra, radius, &self.solid.body());
         for ([i, j, _], particle) in lattice(cells).zip(&mut builder.scene.particles) {
             particle.position[0] *= self.stretch;
-            particle.fixed = match self.pinned {
-                PinnedEdge::Left => i == 0,
-                PinnedEdge::Top => j == ny,
-                PinnedEdge::Sides => i == 0 || i == nx,
-                PinnedEdge::None => false,
-            };
+            particle.fixed = self.pinned.holds([i, j], [nx, ny]);
         }
         builder.gravity(self.gravity);
         let length = self.stretch * self.length;

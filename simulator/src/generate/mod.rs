@@ -161,6 +161,16 @@ impl PinnedEdge {
         (Self::Sides, "sides", "The left and the right one"),
         (Self::None, "none", "None"),
     ];
+
+    /// Whether it holds a particle in this column and row, of numbers from 0 to these.
+    fn holds(self, [column, row]: [usize; 2], [last_column, last_row]: [usize; 2]) -> bool {
+        match self {
+            Self::Left => column == 0,
+            Self::Top => row == last_row,
+            Self::Sides => column == 0 || column == last_column,
+            Self::None => false,
+        }
+    }
 }
 
 /// The heading of the triangles' options.

@@ -72,12 +72,7 @@ impl Generator for Sheet {
         for (number, particle) in builder.scene.particles.iter_mut().enumerate() {
             let (column, row) = (number % (nx + 1), number / (nx + 1));
             particle.position[0] *= self.stretch;
-            particle.fixed = match self.pinned {
-                PinnedEdge::Left => column == 0,
-                PinnedEdge::Top => row == ny,
-                PinnedEdge::Sides => column == 0 || column == nx,
-                PinnedEdge::None => false,
-            };
+            particle.fixed = self.pinned.holds([column, row], [nx, ny]);
         }
         builder.gravity(self.gravity);
         let width = self.stretch * self.width;

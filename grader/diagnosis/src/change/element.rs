@@ -81,11 +81,6 @@ impl Lame {
     }
 }
 
-/// Whether elements have undeformed corners.
-fn has_corners(schema: &ForceSchema) -> bool {
-    schema.parameters.iter().any(|parameter| parameter.coordinate.is_some())
-}
-
 fn is_solid(schema: &ForceSchema) -> bool {
     let mut all = schema.parameters.iter();
     all.any(|parameter| parameter.domain == Domain::SolidPoissonRatio)
@@ -105,7 +100,7 @@ impl Misread {
             all.push((Self::Exchanged([i, j]), words));
         }
         all.push((Self::Reversed, "has its particles in reverse order".to_owned()));
-        if has_corners(schema) {
+        if schema.is_element() {
             let words = "takes the initial positions for the undeformed corners";
             all.push((Self::Initial, words.to_owned()));
             let words = "has the matrix of its undeformed edges transposed";
@@ -179,12 +174,12 @@ impl Weight {
         let rest = |number, of_rest| Self { number, of_rest, of_change: [0; 2] };
         let now = |of_change| Self { number: 1.0, of_rest: [0; 2], of_change };
         match (schema.initial, schema.stencil.size()) {
-            (_, 4) if has_corners(schema) => vec![
+            (_, 4) if schema.is_element() => vec![
                 (now([1, 0]), "has the volume of the moment"),
                 (rest(1.0, [-1, 0]), "lacks the factor volume"),
                 (rest(1.0, [1, 0]), "has the volume twice"),
             ],
-            (_, 3) if has_corners(schema) => vec![
+            (_, 3) if schema.is_element() => vec![
                 (now([1, 0]), "has the area of the moment"),
                 (rest(1.0, [-1, 0]), "lacks the factor area"),
                 (rest(1.0, [1, 0]), "has the area twice"),

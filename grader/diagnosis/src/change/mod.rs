@@ -888,7 +888,7 @@ pub enum Pick {
 }
 
 impl Pick {
-    /// The pair of each element of a force in the place of its own; the same where there is none.
+    /// The pair on which each element of a force acts in place of its own pair; its own if the scene has no such pair.
     pub(super) fn pairs(self, scene: &Scene, tag: &str) -> Vec<[usize; 2]> {
         let all = || {
             let of_it = scene.forces.iter().filter(|element| element.schema.tag == tag);

@@ -264,7 +264,7 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
                 !is_start || undo.starts_right(judged) && !has_it
             })
     };
-    // With another mistake, the first state that is written is none of the oracle's.
+    // If the program has another mistake as well, its first state equals no state of the oracle.
     let is_other = |kind: &Kind, undo: Undo| match kind {
         Kind::InitialState | Kind::InitialOpen => undo == Undo::Missing,
         kind => *kind == Kind::Wrong,

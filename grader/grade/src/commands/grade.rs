@@ -247,8 +247,8 @@ impl GradeArgs {
         let given = given.try_get_matches_from(std::env::args_os()).ok()?;
         // What `explain` takes too decides what is graded, and how.
         let shared = ExplainArgs::augment_args(clap::Command::new("explain"));
-        for option in shared.get_arguments().filter(|option| option.get_long().is_some()) {
-            let (id, long) = (option.get_id().as_str(), option.get_long().unwrap_or_default());
+        for option in shared.get_arguments() {
+            let (id, Some(long)) = (option.get_id().as_str(), option.get_long()) else { continue };
             let is_given = given.value_source(id) == Some(ValueSource::CommandLine);
             if !is_given || ["no_progress", "threads"].contains(&id) {
                 continue;

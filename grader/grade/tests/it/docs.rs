@@ -274,7 +274,7 @@ fn attributes(schema: &ForceSchema) -> String {
             Some(default) => optional += &format!(" `{}` ({default})", parameter.name),
         }
     }
-    if schema.parameters.iter().any(|parameter| parameter.coordinate.is_some()) {
+    if schema.is_element() {
         optional += " (those of the initial positions)";
     }
     let required =

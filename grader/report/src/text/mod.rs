@@ -452,8 +452,10 @@ pub(super) fn write_adjustments(out: &mut dyn Write, grading: &Grading) -> io::R
 
 /// The overall result in a sentence.
 pub(super) fn outcome(grading: &Grading) -> String {
-    let is_measured_wrong = remarks::measured(grading).next().is_some()
-        || remarks::wrong_steps(grading, |_| false).is_some();
+    let is_measured_wrong = grading
+        .probing
+        .as_ref()
+        .is_some_and(|probing| probing.verdict() == grader::probe::Verdict::Wrong);
     match grading.outcome() {
         // What is measured costs no points.
         GradingOutcome::Passed | GradingOutcome::PassedShipped if is_measured_wrong => {

@@ -83,10 +83,9 @@ pub(crate) struct Solids {
     pub(crate) fold: [Fold; 2],
 }
 
-pub(crate) const TETRAHEDRA: [&str; 3] =
-    ["stvktetrahedron", "corotatedtetrahedron", "neohookeantetrahedron"];
-pub(crate) const TRIANGLES: [&str; 3] = ["stvktriangle", "corotatedtriangle", "neohookeantriangle"];
-pub(crate) const FOLD: &str = "hingebendingforce";
+const TETRAHEDRA: [&str; 3] = ["stvktetrahedron", "corotatedtetrahedron", "neohookeantetrahedron"];
+const TRIANGLES: [&str; 3] = ["stvktriangle", "corotatedtriangle", "neohookeantriangle"];
+const FOLD: &str = "hingebendingforce";
 
 /// Whether the student supports the scene: in space, by a method with formulas of its own.
 pub fn knows_in_space(scene: &Scene) -> bool {
@@ -100,34 +99,15 @@ impl Solids {
     /// Without mistakes.
     pub(super) fn faultless() -> Self {
         let solid = |stress, change| {
-            [Simplex {
-                corners: |given, _| given.to_vec(),
-                edges: |b| Matrix3::from_columns(&[b[1] - b[0], b[2] - b[0], b[3] - b[0]]),
-                order: |_| (),
-                size: |undeformed, _| undeformed.abs() / 6.0,
-                lame: |e, nu| [e / (2.0 * (1.0 + nu)), e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))],
-                gradient: |edges, b| edges * b,
-                stress,
-                change,
-                pull: |p, b| p * b.transpose(),
-                share: |_| (),
-                place: |_| (),
-            }; 2]
+            let edges =
+                |b: &[Vec3]| Matrix3::from_columns(&[b[1] - b[0], b[2] - b[0], b[3] - b[0]]);
+            let lame = |e, nu| [e / (2.0 * (1.0 + nu)), e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))];
+            [Simplex::right(edges, |undeformed, _| undeformed.abs() / 6.0, lame, stress, change); 2]
         };
         let sheet = |stress, change| {
-            [Simplex {
-                corners: |given, _| given.to_vec(),
-                edges: own_axes,
-                order: |_| (),
-                size: |undeformed, _| undeformed.abs() / 2.0,
-                lame: |e, nu| [e / (2.0 * (1.0 + nu)), e * nu / (1.0 - nu * nu)],
-                gradient: |edges, b| edges * b,
-                stress,
-                change,
-                pull: |p, b| p * b.transpose(),
-                share: |_| (),
-                place: |_| (),
-            }; 2]
+            let lame = |e, nu| [e / (2.0 * (1.0 + nu)), e * nu / (1.0 - nu * nu)];
+            [Simplex::right(own_axes, |undeformed, _| undeformed.abs() / 2.0, lame, stress, change);
+                2]
         };
         let fold = Fold {
             stiffness: |start, _, k| {
@@ -264,7 +244,7 @@ pub(crate) fn cofactors(f: &Gradient<3>) -> Gradient<3> {
 }
 
 /// Its change along `dF`.
-pub(crate) fn cofactors_along(f: &Gradient<3>, df: &Gradient<3>) -> Gradient<3> {
+fn cofactors_along(f: &Gradient<3>, df: &Gradient<3>) -> Gradient<3> {
     let ([p, q, r], [dp, dq, dr]) = (columns(f), columns(df));
     Matrix3::from_columns(&[
         dq.cross(&r) + q.cross(&dr),
@@ -330,6 +310,29 @@ fn edges<const K: usize>(x: &[Vec3]) -> Gradient<K> {
 }
 
 impl<const K: usize> Simplex<K> {
+    /// Without mistakes, of these geometry and material.
+    fn right(
+        edges: fn(&[Vec3]) -> Square<K>,
+        size: fn(f64, f64) -> f64,
+        lame: fn(f64, f64) -> Lame,
+        stress: fn(&Gradient<K>, Lame) -> Gradient<K>,
+        change: fn(&Gradient<K>, &Gradient<K>, Lame) -> Gradient<K>,
+    ) -> Self {
+        Self {
+            corners: |given, _| given.to_vec(),
+            edges,
+            order: |_| (),
+            size,
+            lame,
+            gradient: |edges, b| edges * b,
+            stress,
+            change,
+            pull: |p, b| p * b.transpose(),
+            share: |_| (),
+            place: |_| (),
+        }
+    }
+
     fn shape(&self, element: &Element) -> Shape<K> {
         let p = |name: &str| element.of.parameter(name);
         let undeformed = (self.edges)(&(self.corners)(&element.corners, &element.start));

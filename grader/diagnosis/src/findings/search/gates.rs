@@ -18,7 +18,7 @@ use crate::findings::thresholds::Thresholds;
 /// Factors of the elements that are singled out.
 const FACTORS: [f64; 3] = [0.0, -1.0, 2.0];
 
-/// Rules beside which elements are told apart: each takes the time of a scene.
+/// The most rules that gates are combined with: each costs as much as a scene without rules.
 const FEW_RULES: usize = 3;
 
 /// What is treated otherwise.

@@ -453,19 +453,33 @@ impl Tested<'_> {
         // The most frequent kind first.
         kinds.sort_by_key(|(_, scenes)| std::cmp::Reverse(scenes.len()));
         let mut all: Vec<Discovery> = Vec::new();
-        let mut further = 0;
-        for (number, (_, scenes)) in kinds.into_iter().enumerate() {
-            if all.len() == MOST_DISCOVERIES || number == MOST_SHRUNK {
-                further += 1;
-                continue;
-            }
+        let (mut further, mut shrunk) = (0, 0);
+        for (_, scenes) in kinds {
             let simplest =
                 scenes.iter().copied().min_by_key(|number| measure(&failures[*number].scene));
             let Some(simplest) = simplest else { continue };
             let is_of_it = |finding: &&Finding| {
                 is_proven(finding) && finding.scenes.contains(&simplest.to_string())
             };
-            let finding = found.findings.list.iter().find(is_of_it).cloned();
+            // A proven cause has one entry: what it explains leaves the places to others.
+            let entry = |finding: &Finding| {
+                let is_known = |known: &Discovery| {
+                    known.proven.as_ref().is_some_and(|known| known.words == finding.words)
+                };
+                all.iter().position(is_known)
+            };
+            let proven: Vec<&Finding> = found.findings.list.iter().filter(is_of_it).collect();
+            let finding = proven.iter().find(|finding| entry(finding).is_none());
+            if let (None, Some(known)) = (finding, proven.first().and_then(|first| entry(first))) {
+                all[known].count += scenes.len();
+                continue;
+            }
+            if all.len() == MOST_DISCOVERIES || shrunk == MOST_SHRUNK {
+                further += 1;
+                continue;
+            }
+            shrunk += 1;
+            let finding = finding.copied().cloned();
             let discovery = self.discovery(&failures[simplest], finding, scenes.len());
             // What nothing explains may turn out to be the same once it is small.
             let is_known = |known: &&mut Discovery| {

@@ -142,6 +142,19 @@ fn the_last_scene_of_a_served_run_that_fails_is_run_by_itself() {
     assert_eq!(outcomes[0].0, outcomes[1].0);
 }
 
+/// What one proven cause explains, of whatever terms, is one entry; other causes have theirs.
+#[test]
+fn a_proven_cause_has_one_entry() {
+    let masses = r#"sed -E "s/ m *= *[\"'][^\"']*[\"']/ m='1'/g" "$scene" > light.xml; scene=light.xml"#;
+    let mistaken = format!("{masses}; MISTAKE='drag without its Jacobian' {CALL}");
+    let (report, code) = served(&serving("fuzz-masses", &mistaken, &each(&mistaken)), "384");
+    assert_eq!(code, 1, "{report}");
+    let discoveries = report["discoveries"].as_array().unwrap().iter();
+    let proven = discoveries.filter(|discovery| discovery["proven"] == true);
+    let causes: Vec<&str> = proven.map(|discovery| discovery["words"].as_str().unwrap()).collect();
+    assert_eq!(causes, ["every mass is taken as 1", "dF/dv of dragdamping is missing"]);
+}
+
 #[test]
 fn an_interrupted_run_prints_what_it_has() {
     let [wrong, _] = programs("fuzz-interrupted", "no h v ahead");

@@ -16,9 +16,11 @@
 //! from a secret number ([`Secret`]), so that nobody can make the copies, and their traces, at home.
 //!
 //! First the fewest copies that hold all terms are run. Then, twice, of each term without a right copy the one that holds
-//! the fewest other such terms. A term with two wrong copies and no right one is not shown, and no scene that holds it
-//! counts. The copies are of two scenes, unless the suite has only one with the term: a program with a mistake may pass one
-//! scene of many by chance. What is not confirmed otherwise is reported, and costs nothing.
+//! the fewest other such terms. Their numbers have six digits, which a program may read or write wrongly: the same is done
+//! again for terms without a right copy, with copies whose numbers are as short as can be. A term with two wrong copies and
+//! no right one is not shown, and no scene that holds it counts. The copies are of two scenes, unless the suite has only one
+//! with the term: a program with a mistake may pass one scene of many by chance. What is not confirmed otherwise is reported,
+//! and costs nothing.
 //!
 //! Cost: one run for each integrator and dimension, or two, for a program that simulates. Others are stopped after
 //! `MOST_EXCEEDED` exceeded limits.
@@ -102,6 +104,8 @@ pub struct Copied {
     pub wrong: Vec<(String, &'static str)>,
     /// Passed scenes that are neither confirmed nor withdrawn.
     pub unchecked: Vec<String>,
+    /// Number of passed scenes with a term that is right in copies with short numbers alone.
+    pub short_numbers: usize,
     /// A shipped scene that fails once a line break is appended to the file, if there is one.
     pub bytes: Option<String>,
 }
@@ -158,9 +162,21 @@ impl fmt::Display for OnlyShipped {
 
 impl fmt::Display for Copied {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { passed, withdrawn, unchecked, bytes, .. } = self;
+        let Self { passed, withdrawn, unchecked, short_numbers, bytes, .. } = self;
+        if *short_numbers > 0 {
+            write!(
+                f,
+                "Numbers with more digits may be read or written wrongly: copies of {} are right with short numbers, wrong \
+                 with six digits{}",
+                match short_numbers {
+                    1 => "1 passed scene".to_owned(),
+                    more => format!("{more} passed scenes"),
+                },
+                if withdrawn.is_empty() && unchecked.is_empty() { "" } else { ". " }
+            )?;
+        }
         if !withdrawn.is_empty() {
-            let other = ", or numbers with more digits are read wrongly";
+            let other = ", or numbers with more digits are read or written wrongly";
             write!(f, "Possibly copied answers{}: ", if bytes.is_some() { "" } else { other })?;
             match self.only_shipped {
                 Some(only @ OnlyShipped { shipped, .. }) => write!(
@@ -258,6 +274,33 @@ impl Term {
     }
 }
 
+/// Digits of the numbers that a copy replaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Digits {
+    /// Six, so that few copies are alike.
+    Six,
+    /// As few as the original has, if two of them and another value are left.
+    Short,
+}
+
+impl Digits {
+    /// This multiple of a number in decimal notation.
+    fn multiple(self, factor: f64, original: f64) -> String {
+        let value = factor * original;
+        let decimals =
+            |digits: f64| (digits - value.abs().log10().ceil()).clamp(0.0, 300.0) as usize;
+        if self == Self::Six {
+            return format!("{value:.*}", decimals(6.0));
+        }
+        // The shortest form has no trailing zeros.
+        let own = original.to_string();
+        let own = own.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+        let rounded = (own.max(decimals(2.0))..).map(|decimals| format!("{value:.decimals$}"));
+        let mut other = rounded.filter(|text| text.parse() != Ok(original));
+        other.next().unwrap_or_default()
+    }
+}
+
 /// An altered copy of a scene, with the first steps of our simulator.
 struct Twin<'a> {
     passed: Passed<'a>,
@@ -267,6 +310,7 @@ struct Twin<'a> {
     states: Vec<State>,
     /// The terms that show in them.
     terms: BTreeSet<Term>,
+    digits: Digits,
     /// Tolerance of the scene's criteria.
     tolerance: f64,
     outcome: Option<Outcome>,
@@ -295,7 +339,7 @@ const NOT_RUN: &str = "not-run";
 
 impl<'a> Twin<'a> {
     /// Alters a scene; `None` if that cannot be done so that it shows.
-    fn of(passed: Passed<'a>, secret: Secret, number: u64) -> Option<Self> {
+    fn of(passed: Passed<'a>, secret: Secret, digits: Digits, number: u64) -> Option<Self> {
         let case = passed.case;
         let text = read_text(&case.files.first()?.path, MAX_MEBIBYTES).ok()?;
         let seed = secret.0 ^ u64::from_str_radix(case.scene_hash.get(..16)?, 16).ok()?;
@@ -304,9 +348,9 @@ impl<'a> Twin<'a> {
             let mut random = Rng::with_seed(seed.wrapping_add(DRAWS * number + draw));
             let text = match case.format() {
                 "json" => alter_json(&text, &mut random)?,
-                _ => alter_xml(&text, &mut random)?,
+                _ => alter_xml(&text, digits, &mut random)?,
             };
-            let mut twin = Self::with_text(passed, text)?;
+            let mut twin = Self { digits, ..Self::with_text(passed, text)? };
             let is_hidden = |states: &[State]| twin.is_within(states, SHOWS, true);
             if is_hidden(&original) {
                 return None;
@@ -332,8 +376,8 @@ impl<'a> Twin<'a> {
             Criteria::Fixed(tolerances) => tolerances.largest,
             Criteria::Calibrated(_) => 0.0,
         };
-        let (terms, outcome) = (BTreeSet::new(), None);
-        Some(Self { passed, case: twin, text, states, terms, tolerance, outcome })
+        let (terms, digits, outcome) = (BTreeSet::new(), Digits::Six, None);
+        Some(Self { passed, case: twin, text, states, terms, digits, tolerance, outcome })
     }
 
     /// Whether these states agree with the first ones of the copy, to so many times the error of right ones.
@@ -423,7 +467,7 @@ fn first_states(scene: &Scene) -> Option<Vec<State>> {
 }
 
 /// The text of an XML scene with other masses, velocities and strengths of forces.
-fn alter_xml(text: &str, random: &mut Rng) -> Option<String> {
+fn alter_xml(text: &str, digits: Digits, random: &mut Rng) -> Option<String> {
     let vocabulary = vocabulary();
     let mut factors: HashMap<(String, &str), f64> = HashMap::new();
     edit::edit(text, |AttributeValue { tag, name, value, .. }| {
@@ -442,9 +486,7 @@ fn alter_xml(text: &str, random: &mut Rng) -> Option<String> {
         if value == 0.0 || value.abs() == 1.0 && part != "v" {
             return None;
         }
-        let value = factor * value;
-        let decimals = (6.0 - value.abs().log10().ceil()).clamp(0.0, 300.0) as usize;
-        Some(format!("{value:.decimals$}"))
+        Some(digits.multiple(factor, value))
     })
 }
 
@@ -498,15 +540,13 @@ pub fn look_for_copies(
     // Without a folder for them, nothing is known.
     let folder = scratch_folder().ok()?;
     let folder = folder.path();
-    let twins = passed.par_iter().filter_map(|passed| Twin::of(*passed, secret, 0)).collect();
-    let mut search = Search { twins, secret, run, folder, n_exceeded: 0 };
-    let first = search.cover();
-    search.run_all(&first);
-    for number in 1..=FEWEST_WRONG as u64 {
-        let specific = search.specific(number);
-        search.run_all(&specific);
-    }
-    search.result(suite, passed)
+    let mut search = Search { twins: Vec::new(), secret, run, folder, n_exceeded: 0 };
+    search.confirm(Digits::Six, passed);
+    let refuted = search.refuted(suite);
+    let holds_refuted = |passed: &&Passed<'_>| !Term::all(passed.case).is_disjoint(&refuted);
+    let doubted: Vec<Passed<'_>> = passed.iter().filter(holds_refuted).copied().collect();
+    search.confirm(Digits::Short, &doubted);
+    search.result(suite, passed, &refuted)
 }
 
 struct Search<'a> {
@@ -518,7 +558,7 @@ struct Search<'a> {
     n_exceeded: usize,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
     /// Terms of these copies that no right one holds.
     fn not_shown(&self) -> BTreeSet<Term> {
         let of = |is_wanted: fn(Option<Outcome>) -> bool| -> BTreeSet<Term> {
@@ -529,13 +569,27 @@ impl Search<'_> {
         of(|_| true).difference(&shown).copied().collect()
     }
 
+    /// Runs copies with numbers of so many digits, until each term has a right copy or enough wrong ones.
+    fn confirm(&mut self, digits: Digits, passed: &[Passed<'a>]) {
+        let twin = |passed: &Passed<'a>| Twin::of(*passed, self.secret, digits, 0);
+        let twins: Vec<Twin<'a>> = passed.par_iter().filter_map(twin).collect();
+        self.twins.extend(twins);
+        let first = self.cover(digits);
+        self.run_all(&first);
+        for number in 1..=FEWEST_WRONG as u64 {
+            let specific = self.specific(digits, number);
+            self.run_all(&specific);
+        }
+    }
+
     /// Few copies that hold all terms.
-    fn cover(&mut self) -> Vec<usize> {
+    fn cover(&mut self, digits: Digits) -> Vec<usize> {
         let mut missing = self.not_shown();
         let mut chosen = Vec::new();
         loop {
             let held = |number: &usize| self.twins[*number].terms.intersection(&missing).count();
-            let open = (0..self.twins.len()).filter(|number| held(number) > 0);
+            let is_of = |number: &usize| self.twins[*number].digits == digits;
+            let open = (0..self.twins.len()).filter(is_of).filter(|number| held(number) > 0);
             let best = open.max_by_key(|number| {
                 (held(number), Reverse(self.twins[*number].cost()), Reverse(*number))
             });
@@ -551,7 +605,7 @@ impl Search<'_> {
 
     /// For each term that is not shown, a copy that was not run and holds the fewest others; another one of the same scene
     /// if all were.
-    fn specific(&mut self, number: u64) -> Vec<usize> {
+    fn specific(&mut self, digits: Digits, number: u64) -> Vec<usize> {
         let missing = self.not_shown();
         let mut chosen = BTreeSet::new();
         for term in &missing {
@@ -559,7 +613,10 @@ impl Search<'_> {
                 let twin = &self.twins[*place];
                 (twin.terms.intersection(&missing).count(), twin.cost(), *place)
             };
-            let holds = |place: &usize| self.twins[*place].terms.contains(term);
+            let holds = |place: &usize| {
+                let twin = &self.twins[*place];
+                twin.digits == digits && twin.terms.contains(term)
+            };
             let holders = || (0..self.twins.len()).filter(holds);
             let is_open = |place: &usize| {
                 self.twins[*place].outcome.is_none() && self.twins[*place].is_tame()
@@ -570,7 +627,7 @@ impl Search<'_> {
                 chosen.insert(place);
                 continue;
             }
-            let other = Twin::of(self.twins[place].passed, self.secret, number);
+            let other = Twin::of(self.twins[place].passed, self.secret, digits, number);
             if let Some(twin) = other.filter(Twin::is_tame) {
                 chosen.insert(self.twins.len());
                 self.twins.push(twin);
@@ -607,22 +664,34 @@ impl Search<'_> {
         (copies > 0 && !is_right).then_some(OnlyShipped { shipped, copies, hidden: 0 })
     }
 
-    fn result(&self, suite: &Suite, passed: &[Passed<'_>]) -> Option<Copied> {
-        let missing = self.not_shown();
-        let wrong = || {
-            self.twins.iter().filter_map(|twin| match twin.outcome {
-                Some(Outcome::Wrong(verdict)) => Some((twin, verdict)),
-                _ => None,
-            })
-        };
-        let is_refuted = |term: &&Term| {
-            let copies = || wrong().filter(|(twin, _)| twin.terms.contains(*term));
+    /// The wrong copies, with their verdicts.
+    fn wrong(&self) -> impl Iterator<Item = (&Twin<'a>, &'static str)> {
+        self.twins.iter().filter_map(|twin| match twin.outcome {
+            Some(Outcome::Wrong(verdict)) => Some((twin, verdict)),
+            _ => None,
+        })
+    }
+
+    /// The terms that have wrong copies alone, and enough of them.
+    fn refuted(&self, suite: &Suite) -> BTreeSet<Term> {
+        let is_refuted = |term: &Term| {
+            let copies = || self.wrong().filter(|(twin, _)| twin.terms.contains(term));
             let scenes: BTreeSet<&str> =
                 copies().map(|(twin, _)| twin.passed.case.id.as_str()).collect();
-            let with_term = suite.cases.iter().filter(|case| Term::all(case).contains(*term));
+            let with_term = suite.cases.iter().filter(|case| Term::all(case).contains(term));
             copies().count() >= FEWEST_WRONG && scenes.len() >= FEWEST_WRONG.min(with_term.count())
         };
-        let refuted: BTreeSet<Term> = missing.iter().filter(is_refuted).copied().collect();
+        self.not_shown().into_iter().filter(is_refuted).collect()
+    }
+
+    /// What is not confirmed; `doubted` are the terms that are refuted by copies with numbers of six digits.
+    fn result(
+        &self,
+        suite: &Suite,
+        passed: &[Passed<'_>],
+        doubted: &BTreeSet<Term>,
+    ) -> Option<Copied> {
+        let (missing, refuted) = (self.not_shown(), self.refuted(suite));
         let known: BTreeSet<Term> =
             self.twins.iter().flat_map(|twin| &twin.terms).copied().collect();
         let (mut withdrawn, mut unchecked) = (Vec::new(), Vec::new());
@@ -643,12 +712,15 @@ impl Search<'_> {
             matches!(same.run(self.run, self.folder), Outcome::Wrong(_))
                 .then(|| twin.passed.case.id.clone())
         };
-        let first = wrong().next().filter(|_| !withdrawn.is_empty() && self.n_exceeded == 0);
+        let first = self.wrong().next().filter(|_| !withdrawn.is_empty() && self.n_exceeded == 0);
         let bytes = first.and_then(|(twin, _)| is_of_bytes(twin));
         let wrong: BTreeSet<(String, &'static str)> =
-            wrong().map(|(twin, verdict)| (twin.passed.case.id.clone(), verdict)).collect();
+            self.wrong().map(|(twin, verdict)| (twin.passed.case.id.clone(), verdict)).collect();
         let wrong = wrong.into_iter().collect();
-        let is_confirmed = withdrawn.is_empty() && unchecked.is_empty();
+        let short: BTreeSet<Term> = doubted.difference(&missing).copied().collect();
+        let of_short = passed.iter().filter(|passed| !Term::all(passed.case).is_disjoint(&short));
+        let short_numbers = of_short.count();
+        let is_confirmed = withdrawn.is_empty() && unchecked.is_empty() && short_numbers == 0;
         let passed = passed.len();
         let only_shipped = self.only_shipped(suite);
         (!is_confirmed).then_some(Copied {
@@ -657,6 +729,7 @@ impl Search<'_> {
             withdrawn,
             wrong,
             unchecked,
+            short_numbers,
             bytes,
         })
     }

@@ -1,15 +1,23 @@
-//! What the probe calls wrong, held against the findings: single steps cannot tell a mistake of the method or of the
-//! output from one of every force.
+//! What the probe calls wrong, held against the findings: single steps cannot tell a mistake of the method, of the output or
+//! of what all forces need from one of every force.
 
 use diagnosis::findings::{Feature, Finding, FindingKind};
 
 use crate::probe::Probing;
 
 /// Takes back what is called wrong of a force that no finding names, where a finding explains it: wrong numbers in the
-/// output, or a proven mistake of the method whose steps measure it.
+/// output, or a proven mistake of the method whose steps measure it, or of the reading, the precision or the functions that
+/// every step needs.
 pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
-    let is_output = |finding: &&Finding| finding.kind == FindingKind::Output;
-    let output = findings.iter().find(is_output);
+    let is_of_all = |feature: &Feature| {
+        matches!(feature, Feature::Reading | Feature::Helpers | Feature::Precision)
+    };
+    let explains_all = |finding: &&Finding| match finding.kind {
+        FindingKind::Output => true,
+        FindingKind::Cause => finding.features.iter().any(is_of_all),
+        _ => false,
+    };
+    let of_all = findings.iter().find(explains_all);
     for part in &mut probing.parts {
         let is_named = |feature: &Feature| match feature {
             Feature::Force(named) | Feature::Jacobian(named) => named.tag() == part.force,
@@ -34,7 +42,7 @@ pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
         };
         let explicit = space.explicit.as_ref().ok().copied();
         let implicit = space.implicit.as_ref().ok().copied();
-        if let Some(finding) = output.or_else(|| of_method(explicit)) {
+        if let Some(finding) = of_all.or_else(|| of_method(explicit)) {
             part.take_back(true, &finding.sentence());
         } else if let Some(finding) = of_method(implicit) {
             part.take_back(false, &finding.sentence());
@@ -106,6 +114,7 @@ mod tests {
             cause(Feature::Force(Part::All("dragdamping"))),
         ];
         assert_eq!(wrong(&both), ["dragdamping"]);
+        assert!(wrong(&[cause(Feature::Reading)]).is_empty());
         // Implicit steps don't measure a force.
         let implicit = cause(Feature::Integrator("linearized-implicit-euler"));
         assert_eq!(wrong(&[implicit]).len(), 4);

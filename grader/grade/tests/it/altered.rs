@@ -239,7 +239,7 @@ fn copied_answers_are_named_in_a_class() {
     assert_eq!(named.len(), 2, "{summary}");
     assert!(named[0].starts_with("  bytes: Possibly copied answers: of "), "{summary}");
     // Where a line break changes nothing, numbers that are read wrongly look the same.
-    let other = "copied answers, or numbers with more digits are read wrongly: ";
+    let other = "copied answers, or numbers with more digits are read or written wrongly: ";
     assert!(folder::words(&summary).contains(other), "{summary}");
     let report = folder::words(&fs::read_to_string(project.path("out/reports/bytes.txt")).unwrap());
     assert!(report.contains("do not count, because the program fails on every altered copy"));
@@ -307,6 +307,26 @@ fn simulated_scenes_count_even_if_others_are_looked_up() {
     let [scene] = withdrawn.as_slice() else { panic!("{withdrawn:?}") };
     assert_eq!(scene["scene"], "LinearDrag/sinking-dumbbell-symplectic");
     assert_eq!(scene["terms"], "springforce (elastic) under symplectic-euler in 2D");
+}
+
+/// Copies with six digits fail by a mistake in the reading that passed scenes do not show; those with short numbers do not.
+#[needs("test -x /usr/bin/python3")]
+#[test]
+fn scenes_with_short_numbers_count_where_longer_ones_are_cut() {
+    let project = Project::new();
+    for (reading, least) in [("text[:5]", 6), ("text", 10)] {
+        project.submit("honest");
+        let path = project.path("class/honest/program.py");
+        let float = format!("def float(text): return __builtins__.float({reading})\nroot =");
+        let text = PROGRAM.replacen("root =", &float, 1);
+        fs::write(path, text).unwrap();
+        let report = project.json("honest", &["--no-jacobians"]);
+        assert!(report["required"]["scenes_passed"].as_u64().unwrap() >= least, "{report}");
+        assert!(groups(&report, "fails-altered").is_empty(), "{}", report["copied"]);
+        let said = report["copied"]["message"].as_str().unwrap_or_default();
+        let is_cut = said.starts_with("Numbers with more digits may be read or written wrongly: ");
+        assert_eq!(is_cut, reading != "text", "{said}");
+    }
 }
 
 /// A rubric with a wide tolerance accepts rounded numbers of copies as well.

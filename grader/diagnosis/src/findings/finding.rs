@@ -75,6 +75,15 @@ impl Finding {
         Self { kind, features, words, scenes, open: 0, unexplained: 0, example: None }
     }
 
+    /// Adds the scenes that it has not yet.
+    pub(super) fn add_scenes(&mut self, scenes: Vec<String>) {
+        for scene in scenes {
+            if !self.scenes.contains(&scene) {
+                self.scenes.push(scene);
+            }
+        }
+    }
+
     /// The finding as a sentence.
     pub fn sentence(&self) -> String {
         let mut all = self.words.clone();
@@ -204,5 +213,20 @@ impl fmt::Display for Progress {
             Some((what, scene)) => write!(f, "; next: {what}, scene {scene}"),
             None => Ok(()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn merged_findings_count_each_scene_once() {
+        let names =
+            |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let all = vec![Feature::Everything];
+        let mut finding = Finding::new(FindingKind::Feature, all, Vec::new(), names(&["a", "b"]));
+        finding.add_scenes(names(&["b", "c"]));
+        assert_eq!(finding.scenes, ["a", "b", "c"]);
     }
 }

@@ -181,7 +181,7 @@ impl Findings {
                 continue;
             }
             match to_look_at.iter_mut().find(|known| known.features == finding.features) {
-                Some(known) => known.scenes.extend(finding.scenes),
+                Some(known) => known.add_scenes(finding.scenes),
                 None => to_look_at.push(finding),
             }
         }
@@ -283,7 +283,7 @@ fn tell_once(list: &mut Vec<Finding>) {
                 });
                 let names: Vec<&str> = names.collect();
                 known.words = vec![format!("{}: {rule}", names.join(", ")); known.features.len()];
-                known.scenes.extend(finding.scenes);
+                known.add_scenes(finding.scenes);
                 known.open += finding.open;
             }
             _ => merged.push((rule, finding)),
@@ -412,7 +412,7 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
         let features = kind.features();
         let found = names(numbers.iter().map(|number| &scenes[*number]));
         match list.iter_mut().find(|known| known.features == features) {
-            Some(known) => known.scenes.extend(found),
+            Some(known) => known.add_scenes(found),
             None => {
                 let words = vec![kind.sentence(); features.len()];
                 list.push(Finding::new(FindingKind::Output, features, words, found));
@@ -631,7 +631,7 @@ fn refused(scenes: &[Marked<'_>], list: &mut [Finding]) -> Vec<Finding> {
         });
         match known {
             Some(known) => {
-                known.scenes.extend(scenes);
+                known.add_scenes(scenes);
                 None
             }
             None => {

@@ -87,7 +87,7 @@ pub(crate) fn wrong_steps(grading: &Grading, is_named: impl Fn(&str) -> bool) ->
     let method = probing.spaces.iter().find_map(|space| space.implicit.as_ref().ok())?;
     (!tags.is_empty()).then(|| {
         format!(
-            "single steps with {} are not those of {method}, whatever the Jacobians: the method, or its solver",
+            "single steps with {} are not those of {method}, whatever the Jacobians: the method, its matrix or its solver",
             tags.join(", ")
         )
     })

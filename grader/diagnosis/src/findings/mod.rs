@@ -29,12 +29,13 @@ mod tasks;
 mod thresholds;
 mod trace;
 
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use crate::change::{Change, Place, Term, rounds};
 use rayon::prelude::*;
 use scene::schema::{Convergence, Matrix};
-use scene::{ForceElement, Scene};
+use scene::{ForceElement, Scene, step_count};
 use simulator::force;
 use simulator::integrator;
 
@@ -194,11 +195,13 @@ impl Findings {
             let lacks = lacks.map(|cause| cause.change().words.clone());
             let is_wrong = !scene.passed && scene.steps.total > 0;
             let diagnosis = is_wrong.then(|| {
-                let acting = causes
+                let acting: Vec<&Cause> = causes
                     .iter()
                     .filter(|cause| cause.scenes.contains(&number) && scene.explained)
-                    .filter(|cause| cause.change().acts_in(scene.judged.scene));
-                let changes: Vec<Change> = acting.map(|cause| cause.change().clone()).collect();
+                    .filter(|cause| cause.change().acts_in(scene.judged.scene))
+                    .collect();
+                let changes: Vec<Change> =
+                    acting.iter().map(|cause| cause.change().clone()).collect();
                 // In numbers, only as they stand in the trace.
                 let is_restored = restored.iter().any(|one| one.number == number);
                 let explanation = || {
@@ -211,7 +214,7 @@ impl Findings {
                 };
                 Diagnosis {
                     steps: evidence[number].steps.clone(),
-                    causes: changes.iter().map(|change| change.words.clone()).collect(),
+                    causes: acting.iter().map(|cause| cause.words().join(", or ")).collect(),
                     other_root: *root,
                     restarts: None,
                     explanation: if is_restored { None } else { explanation() },
@@ -412,14 +415,74 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
         let features = kind.features();
         let found = names(numbers.iter().map(|number| &scenes[*number]));
         match list.iter_mut().find(|known| known.features == features) {
-            Some(known) => known.add_scenes(found),
+            Some(known) => {
+                known.add_scenes(found);
+                if features == [Feature::States] {
+                    let counted = miscounted(scenes).unwrap_or_default();
+                    known.words =
+                        vec![format!("{}: too few or too many{counted}", Feature::States)];
+                }
+            }
             None => {
-                let words = vec![kind.sentence(); features.len()];
+                let is_counted = features == [Feature::States];
+                let counted = is_counted.then(|| miscounted(scenes)).flatten();
+                let sentence = kind.sentence() + &counted.unwrap_or_default();
+                let words = vec![sentence; features.len()];
                 list.push(Finding::new(FindingKind::Output, features, words, found));
             }
         }
     }
     list
+}
+
+/// How a program counts its steps: the ways that give each scene the states that it has, and too few or too many where it has
+/// those.
+fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
+    let seen = |scene: &Marked<'_>| match &scene.kind {
+        None if scene.passed => Some(Ordering::Equal),
+        Some(Kind::Wrong) if matches!(scene.judged.outcome, Outcome::Differs) => {
+            Some(Ordering::Equal)
+        }
+        Some(Kind::StateTooFew) => Some(Ordering::Less),
+        Some(Kind::StateTooMany) => Some(Ordering::Greater),
+        _ => None,
+    };
+    let seen: Vec<(&Scene, Ordering)> =
+        scenes.iter().filter_map(|scene| Some((scene.judged.scene, seen(scene)?))).collect();
+    let explains = |count: fn(&Scene) -> f64| {
+        let is_so = |(scene, seen): &(&Scene, Ordering)| {
+            count(scene).total_cmp(&step_count(scene.duration, scene.time_step)) == *seen
+        };
+        seen.iter().all(is_so)
+    };
+    let ways: [(&str, fn(&Scene) -> f64); 5] = [
+        ("duration/dt is rounded down", |scene| (scene.duration / scene.time_step).floor()),
+        ("duration/dt is rounded to the nearest integer", |scene| {
+            (scene.duration / scene.time_step).round()
+        }),
+        ("duration/dt is rounded down and 1 is added", |scene| {
+            (scene.duration / scene.time_step).floor() + 1.0
+        }),
+        ("steps end where the sum of all dt reaches the duration", |scene| {
+            summed(scene, |t, end| t < end)
+        }),
+        ("steps end where the sum of all dt exceeds the duration", |scene| {
+            summed(scene, |t, end| t <= end)
+        }),
+    ];
+    let ways = ways.iter().filter(|(_, count)| explains(*count)).map(|(words, _)| *words);
+    let ways: Vec<&str> = ways.collect();
+    (!ways.is_empty()).then(|| format!(", as where {}", ways.join(", or ")))
+}
+
+/// Steps that are taken while this holds of the sum of their dt and the duration.
+fn summed(scene: &Scene, goes_on: fn(f64, f64) -> bool) -> f64 {
+    let (mut time, mut count) = (0.0, 0.0);
+    while goes_on(time, scene.duration) && count <= step_count(scene.duration, scene.time_step) {
+        time += scene.time_step;
+        count += 1.0;
+    }
+    count
 }
 
 /// Gives the scenes that do not tell reading from writing to the kind that others tell: under forces that look alike in

@@ -51,6 +51,14 @@ impl Cause {
         &self.alternatives[0]
     }
 
+    /// The alternatives in words, each once.
+    pub(super) fn words(&self) -> Vec<String> {
+        let mut words: Vec<String> =
+            self.alternatives.iter().map(|change| change.words.clone()).collect();
+        words.dedup();
+        words
+    }
+
     /// Whether it is a feature that the program lacks: no mistake in rounds makes the same traces.
     pub(super) fn is_lack(&self) -> bool {
         is_lack(self.change()) && !self.alternatives.iter().any(is_of_rounds)

@@ -10,7 +10,9 @@ use grader::rubric::Rubric;
 use grader::submission::StateSource;
 use grader::suite::assignment::Assignment;
 use grader::suite::{Case, Section, Suite};
+use grader::verdict::Failure;
 use rayon::prelude::*;
+use scene::trace::State;
 use selftest::mistake::{self, Mistake};
 use selftest::student::Student;
 use test_support::{root, sample};
@@ -133,6 +135,44 @@ fn sampled_guards_and_other_formulas_are_named_in_these_words() {
 #[ignore = "long: half a minute"]
 fn long_guards_and_other_formulas_are_named_in_these_words() {
     assert_named_in_these_words(usize::MAX);
+}
+
+/// The first states of another source.
+struct First {
+    states: Box<dyn StateSource>,
+    left: f64,
+}
+
+impl StateSource for First {
+    fn read(&mut self, state: &mut State) -> Result<bool, Failure> {
+        self.left -= 1.0;
+        Ok(self.left >= 0.0 && self.states.read(state)?)
+    }
+
+    fn has_velocities(&self) -> bool {
+        self.states.has_velocities()
+    }
+}
+
+#[test]
+fn a_wrong_number_of_states_is_told_with_how_steps_are_counted() {
+    let Inputs { suite, oracle, rubric } = Inputs::of("t1m3");
+    let ways: [(fn(f64) -> f64, &str); 3] = [
+        (|ratio| ratio.ceil() - 1.0, ""),
+        (f64::floor, ", as where duration/dt is rounded down"),
+        (f64::round, ", as where duration/dt is rounded to the nearest integer"),
+    ];
+    for (count, words) in ways {
+        let grading =
+            grading::collect(&suite, String::new(), &oracle, &rubric, |case, criteria| {
+                let left = 1.0 + count(case.scene.duration / case.scene.time_step);
+                let states = Box::new(Student::faultless().simulate(&case.scene));
+                grading::judge(case, &oracle, criteria, || Ok(Box::new(First { states, left })))
+            });
+        let list = grading.findings.list;
+        let sentences: Vec<String> = list.iter().map(Finding::sentence).collect();
+        assert_eq!(sentences, [format!("the number of states: one too few{words}")]);
+    }
 }
 
 const ASSIGNMENTS: [&str; 2] = ["elastodynamics", "fast-mass-spring"];

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
-use scene::schema::{Masses, ParameterSchema, StepEquation};
+use scene::schema::{Masses, ParameterSchema, Stencil, StepEquation};
 use scene::{Dimension, ForceElement, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
@@ -18,9 +18,9 @@ use super::helper::{self, Helper};
 use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Axes, Blocks, Change, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold, Index, Kept,
-    Linearized, MassAt, Newton, Norm, Numbers, Particles, Pick, Place, Quantity, Rule, SceneRule,
-    Softening, Start, Term, Unknowns, Which,
+    Axes, Blocks, Carried, Change, Cleared, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold,
+    Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Pick, Place, Quantity, Rule,
+    SceneRule, Softening, Start, StillFixed, Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -48,8 +48,20 @@ const BY_POSITION: &[Quantity] = &[Quantity::ByPosition];
 const BY_VELOCITY: &[Quantity] = &[Quantity::ByVelocity];
 const JACOBIANS: &[Quantity] = &[Quantity::ByPosition, Quantity::ByVelocity];
 
+/// A quantity by itself.
+fn alone(quantity: Quantity) -> &'static [Quantity] {
+    match quantity {
+        Quantity::Force => FORCE,
+        Quantity::ByPosition => BY_POSITION,
+        Quantity::ByVelocity => BY_VELOCITY,
+    }
+}
+
 /// The components that both dimensions have.
 const XY: [&str; 2] = ["x", "y"];
+
+/// Words of a force that is added at the number of its particle.
+const AT_INDEX: &str = "is added to components i and i + 1 for particle i";
 
 const WITHOUT_H: &str = "is not multiplied by h";
 const TOO_OFTEN_H: &str = "is multiplied by h once too often";
@@ -310,14 +322,18 @@ pub fn scaled_block(term: Term, quantity: Quantity, place: [usize; 2], by: f64) 
     let [row, column] = place;
     Change {
         place: Place::Jacobian(term),
-        words: format!("{} {}", name(term, quantity), scaled_in_words(term, place, by)),
-        effect: Effect::Blocks(term, quantity, Blocks::Scaled(row, column, by)),
+        words: format!(
+            "{} {}",
+            name(term, quantity),
+            scaled_in_words(term.schema().stencil, place, by)
+        ),
+        effect: Effect::Blocks(term, alone(quantity), Blocks::Scaled(row, column, by)),
         rank: 3,
     }
 }
 
-fn scaled_in_words(term: Term, [row, column]: [usize; 2], by: f64) -> String {
-    let particles = term.schema().stencil.particles();
+fn scaled_in_words(stencil: Stencil, [row, column]: [usize; 2], by: f64) -> String {
+    let particles = stencil.particles();
     let block = format!("its block {} {}", particles[row], particles[column]);
     match by {
         0.0 => format!("lacks {block}"),
@@ -519,6 +535,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (Ends::Same, "has the same sign on both particles"),
             (Ends::ByNumber, "has the wrong sign where the first particle's number is the larger"),
             (Ends::SecondAtIndex, "is added to components j and j + 1 for particle j"),
+            (Ends::AtIndex, AT_INDEX),
         ] {
             add(force, words, Effect::Ends(term, ends), 1);
         }
@@ -529,6 +546,14 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 let effect = Effect::Ends(term, Ends::Scaled(place, axis, by));
                 add(force, &format!("{words} {on}"), effect, 1);
             }
+            let which = ["first", "second"][place];
+            let other = XY[1 - axis];
+            let words = format!("has its {other} component in the place of {on}");
+            add(force, &words, Effect::Ends(term, Ends::Copied(place, 1 - axis, axis)), 2);
+            let words = format!(
+                "has both components on the {which} of two particles added along {axis_name}"
+            );
+            add(force, &words, Effect::Ends(term, Ends::Gathered(place, axis, 1 - axis)), 2);
         }
         if forms.is_some() {
             let words = "has l² in the place of l, in its Jacobians as well";
@@ -576,6 +601,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             add(Quantity::ByPosition, words, Effect::Weight(term, BY_POSITION, weight), 2);
         }
     } else {
+        add(force, AT_INDEX, Effect::Ends(term, Ends::AtIndex), 1);
         for (particles, words) in [
             (Particles::First, "acts on the first particle only"),
             (Particles::NotFirst, "does not act on the first particle"),
@@ -610,8 +636,15 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 "reads a mass at the number of its particle, in a list with one for each coordinate",
             ),
             (MassAt::First, "has the first mass for every particle"),
+            (
+                MassAt::Coordinate,
+                "reads the masses of x and y at the numbers i and i + 1, in a list with one for each coordinate",
+            ),
         ] {
             add(force, words, Effect::Masses(term, FORCE, masses), 2);
+            if masses == MassAt::Coordinate {
+                continue;
+            }
             if term.depends_on().has_jacobian() {
                 let words = format!("{words}{IN_JACOBIANS}");
                 add(force, &words, Effect::Masses(term, &Quantity::ALL, masses), 2);
@@ -645,6 +678,17 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             add(force, &words, Effect::Start(term, FORCE, start), 2);
             let words = format!("{words}{IN_JACOBIANS}");
             add(force, &words, Effect::Start(term, &Quantity::ALL, start), 2);
+            for (axis, letter) in XY.iter().enumerate().filter(|_| start == Start::Positions) {
+                let at = Start::Along(axis);
+                let words = format!(
+                    "reads {letter} of the positions at the start of the step under implicit methods"
+                );
+                add(force, &words, Effect::Start(term, FORCE, at), 2);
+                let words = format!("{words}{IN_JACOBIANS}");
+                add(force, &words, Effect::Start(term, &Quantity::ALL, at), 2);
+                let words = format!("is evaluated at {letter} of x, not of x + h v");
+                add(Quantity::ByPosition, &words, Effect::Start(term, BY_POSITION, at), 2);
+            }
             // Its velocities are those of the start under the only method that shows them.
             if start == Start::Positions {
                 let words = "is evaluated at x, not x + h v";
@@ -665,72 +709,8 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
         if !is_there {
             continue;
         }
-        let mut blocks: Vec<(Blocks, String)> = Vec::new();
-        if stencil.is_field() {
-            let words = "is stored for particle 0, whatever the particle";
-            blocks.push((Blocks::LocalIndices, words.to_owned()));
-        } else {
-            let between = if is_pair { "the two particles" } else { "different particles" };
-            let all = if is_pair { "two particles" } else { "the particles" };
-            blocks.extend([
-                (Blocks::Transposed, "is transposed".to_owned()),
-                (Blocks::Own, format!("lacks its blocks between {between}")),
-                (Blocks::SameSign, format!("has the wrong sign in its blocks between {between}")),
-            ]);
-            let ordinals = ["first", "second", "third", "fourth"];
-            let places = ordinals.iter().enumerate().take(stencil.size());
-            let backwards = || places.clone().rev();
-            blocks.extend(names.iter().enumerate().map(|(place, name)| {
-                (Blocks::Only(place), format!("has only its block {name} {name}"))
-            }));
-            blocks.extend(backwards().map(|(place, name)| {
-                (Blocks::WithoutRow(place), format!("lacks the rows of the {name} of {all}"))
-            }));
-            blocks.extend(backwards().map(|(place, name)| {
-                (Blocks::WithoutColumn(place), format!("lacks the columns of the {name} of {all}"))
-            }));
-            let local = match is_pair {
-                true => "is stored for particles 0 and 1, whatever the pair",
-                false => "is stored for the first particles of the scene, whatever the element",
-            };
-            blocks.extend([
-                (Blocks::Cross, "lacks its blocks of each particle by itself".to_owned()),
-                (Blocks::CrossTransposed, format!("has its blocks between {between} transposed")),
-                (Blocks::Symmetrized, "is made symmetric".to_owned()),
-                (Blocks::LocalIndices, local.to_owned()),
-            ]);
-            for (row, column) in [(0, 1), (1, 0)].into_iter().filter(|_| is_pair) {
-                let [i, j] = [row, column].map(|place| names[place]);
-                let words = format!("has its block {j} {i} added to the block {i} {j}");
-                blocks.push((Blocks::OneSided(row), words));
-            }
-            let pairs = (0..names.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
-            if !is_pair {
-                blocks.extend([
-                    (Blocks::Upper, "lacks its blocks below the diagonal".to_owned()),
-                    (Blocks::Lower, "lacks its blocks above the diagonal".to_owned()),
-                ]);
-            }
-            for pair in pairs.filter(|_| !is_pair) {
-                let [i, j] = pair.map(|place| names[place]);
-                let words = format!("lacks its blocks between particles {i} and {j}");
-                let origins = (0..names.len()).filter(|origin| !pair.contains(origin));
-                blocks.extend(origins.map(|origin| {
-                    let words = format!("{words}, on coordinates relative to {}", names[origin]);
-                    (Blocks::WithoutRelative(pair, origin), words)
-                }));
-                blocks.push((Blocks::Without(pair), words));
-            }
-        }
-        let size = if stencil.is_field() { 0 } else { stencil.size() };
-        for (row, column) in (0..size * size).map(|place| (place / size, place % size)) {
-            let of = |by: f64| {
-                (Blocks::Scaled(row, column, by), scaled_in_words(term, [row, column], by))
-            };
-            blocks.extend([-1.0, 0.0].map(of));
-        }
-        for (blocks, words) in blocks {
-            add(quantity, &words, Effect::Blocks(term, quantity, blocks), 1);
+        for (blocks, words) in of_stencil(stencil) {
+            add(quantity, &words, Effect::Blocks(term, alone(quantity), blocks), 1);
         }
         let of_pair = if is_pair { 0..16 } else { 0..0 };
         for place in of_pair {
@@ -738,7 +718,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             let [row, column] = at.map(|place| names[place]);
             let entry = format!("the {}{} entry of its block {row} {column}", XY[a], XY[b]);
             for (by, words) in [(0.0, "lacks"), (-1.0, "has the wrong sign in")] {
-                let effect = Effect::Blocks(term, quantity, Blocks::Entry(at, [a, b], by));
+                let effect = Effect::Blocks(term, alone(quantity), Blocks::Entry(at, [a, b], by));
                 add(quantity, &format!("{words} {entry}"), effect, 2);
             }
         }
@@ -753,38 +733,119 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 add(quantity, words, Effect::Particles(term, quantity, particles), 1);
             }
         }
-        for (axes, words) in [
-            (Axes::Only(0), "has its x entry only"),
-            (Axes::Only(1), "has its y entry only"),
-            (Axes::Filled, "fills each row with its diagonal entry"),
-            (Axes::Diagonal, "lacks the entries off the diagonal of its blocks"),
-            (Axes::Swapped, "has x and y swapped"),
-            (Axes::RowsSwapped, "has the rows of its blocks swapped"),
-            (
-                Axes::CrossNegated,
-                "has the entries off the diagonal of its blocks with the wrong sign",
-            ),
-        ] {
-            add(quantity, words, Effect::Axes(term, quantity, axes), 2);
+        for (axes, rank, words) in of_blocks() {
+            add(quantity, &words, Effect::Axes(term, quantity, axes), rank);
         }
-        let entries = || (0..4).map(|place| [place / 2, place % 2]);
-        let entry = |[row, column]: [usize; 2]| format!("{}{}", XY[row], XY[column]);
-        for to in entries() {
-            let its = entry(to);
-            let lacks = format!("lacks the {its} entry of its blocks");
-            let negative = format!("has the {its} entry of its blocks with the wrong sign");
-            for (factor, words) in [(0.0, lacks), (-1.0, negative)] {
-                let effect = Effect::Axes(term, quantity, Axes::Entry(to, factor));
-                add(quantity, &words, effect, 2);
+    }
+    all
+}
+
+/// The blocks of an element's Jacobian, changed, in words that follow its name.
+fn of_stencil(stencil: Stencil) -> Vec<(Blocks, String)> {
+    let (is_pair, names) = (stencil.size() == 2, stencil.particles());
+    let mut blocks: Vec<(Blocks, String)> = Vec::new();
+    if stencil.is_field() {
+        let words = "is stored for particle 0, whatever the particle";
+        blocks.push((Blocks::LocalIndices, words.to_owned()));
+    } else {
+        let between = if is_pair { "the two particles" } else { "different particles" };
+        let all = if is_pair { "two particles" } else { "the particles" };
+        blocks.extend([
+            (Blocks::Transposed, "is transposed".to_owned()),
+            (Blocks::Own, format!("lacks its blocks between {between}")),
+            (Blocks::SameSign, format!("has the wrong sign in its blocks between {between}")),
+        ]);
+        let ordinals = ["first", "second", "third", "fourth"];
+        let places = ordinals.iter().enumerate().take(stencil.size());
+        let backwards = || places.clone().rev();
+        blocks.extend(names.iter().enumerate().map(|(place, name)| {
+            (Blocks::Only(place), format!("has only its block {name} {name}"))
+        }));
+        blocks.extend(backwards().map(|(place, name)| {
+            (Blocks::WithoutRow(place), format!("lacks the rows of the {name} of {all}"))
+        }));
+        blocks.extend(backwards().map(|(place, name)| {
+            (Blocks::WithoutColumn(place), format!("lacks the columns of the {name} of {all}"))
+        }));
+        let local = match is_pair {
+            true => "is stored for particles 0 and 1, whatever the pair",
+            false => "is stored for the first particles of the scene, whatever the element",
+        };
+        blocks.extend([
+            (Blocks::Cross, "lacks its blocks of each particle by itself".to_owned()),
+            (Blocks::CrossTransposed, format!("has its blocks between {between} transposed")),
+            (Blocks::Symmetrized, "is made symmetric".to_owned()),
+            (Blocks::LocalIndices, local.to_owned()),
+        ]);
+        let of_pair = (0..4).map(|place| [place / 2, place % 2]).filter(|_| is_pair);
+        let of_pair: Vec<[usize; 2]> = of_pair.collect();
+        for (from, to) in of_pair.iter().flat_map(|from| of_pair.iter().map(move |to| (from, to))) {
+            let [from_name, to_name] = [from, to].map(|at| at.map(|place| names[place]).join(" "));
+            if from != to {
+                let words = format!("has its block {from_name} added to the block {to_name}");
+                blocks.push((Blocks::Moved(*from, *to), words));
             }
-            for from in entries().filter(|from| *from != to) {
-                let words = format!(
-                    "has the {} entry of its blocks in the place of the {its} entry",
-                    entry(from)
-                );
-                let effect = Effect::Axes(term, quantity, Axes::EntryCopied(from, to));
-                add(quantity, &words, effect, 3);
-            }
+        }
+        for (place, name) in names.iter().enumerate().filter(|_| is_pair) {
+            let words = format!("has the wrong sign in the row of {name}");
+            blocks.push((Blocks::RowNegated(place), words));
+            let words = format!("has the wrong sign in the column of {name}");
+            blocks.push((Blocks::ColumnNegated(place), words));
+        }
+        let pairs = (0..names.len()).flat_map(|j| (0..j).map(move |i| [i, j]));
+        if !is_pair {
+            blocks.extend([
+                (Blocks::Upper, "lacks its blocks below the diagonal".to_owned()),
+                (Blocks::Lower, "lacks its blocks above the diagonal".to_owned()),
+            ]);
+        }
+        for pair in pairs.filter(|_| !is_pair) {
+            let [i, j] = pair.map(|place| names[place]);
+            let words = format!("lacks its blocks between particles {i} and {j}");
+            let origins = (0..names.len()).filter(|origin| !pair.contains(origin));
+            blocks.extend(origins.map(|origin| {
+                let words = format!("{words}, on coordinates relative to {}", names[origin]);
+                (Blocks::WithoutRelative(pair, origin), words)
+            }));
+            blocks.push((Blocks::Without(pair), words));
+        }
+    }
+    let size = if stencil.is_field() { 0 } else { stencil.size() };
+    for (row, column) in (0..size * size).map(|place| (place / size, place % size)) {
+        let of = |by: f64| {
+            (Blocks::Scaled(row, column, by), scaled_in_words(stencil, [row, column], by))
+        };
+        blocks.extend([-1.0, 0.0].map(of));
+    }
+    blocks
+}
+
+/// Other entries of the blocks of a Jacobian, in words that follow its name.
+fn of_blocks() -> Vec<(Axes, u8, String)> {
+    let whole = [
+        (Axes::Only(0), "has its x entry only"),
+        (Axes::Only(1), "has its y entry only"),
+        (Axes::Filled, "fills each row with its diagonal entry"),
+        (Axes::Diagonal, "lacks the entries off the diagonal of its blocks"),
+        (Axes::Swapped, "has x and y swapped"),
+        (Axes::RowsSwapped, "has the rows of its blocks swapped"),
+        (Axes::CrossNegated, "has the entries off the diagonal of its blocks with the wrong sign"),
+    ];
+    let mut all: Vec<_> = whole.map(|(axes, words)| (axes, 2, words.to_owned())).into();
+    let entries = || (0..4).map(|place| [place / 2, place % 2]);
+    let entry = |[row, column]: [usize; 2]| format!("{}{}", XY[row], XY[column]);
+    for to in entries() {
+        let its = entry(to);
+        let lacks = format!("lacks the {its} entry of its blocks");
+        all.push((Axes::Entry(to, 0.0), 2, lacks));
+        let negative = format!("has the {its} entry of its blocks with the wrong sign");
+        all.push((Axes::Entry(to, -1.0), 2, negative));
+        for from in entries().filter(|from| *from != to) {
+            let words = format!(
+                "has the {} entry of its blocks in the place of the {its} entry",
+                entry(from)
+            );
+            all.push((Axes::EntryCopied(from, to), 3, words));
         }
     }
     all
@@ -861,6 +922,11 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     add(Rule::MassAt(MassAt::First), 2, "every coordinate has the first mass");
     let words = "masses are read as if all x came before all y, forces and velocities are not";
     add(Rule::MassAt(MassAt::ByAxis), 2, words);
+    for (axis, name) in XY.iter().enumerate() {
+        let words = format!("every coordinate along {name} has the first mass");
+        add(Rule::MassAt(MassAt::FirstAlong(axis)), 2, &words);
+    }
+    add(Rule::Lost, 1, "positions move with the new velocity, which is lost after the step");
     if method != OnePoint::Explicit && method != OnePoint::Symplectic {
         let words = "the Jacobians are divided by the masses of their columns, not of their rows";
         add(Rule::ColumnMasses, 2, words);
@@ -893,6 +959,13 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             ] {
                 add(Rule::Entries(entries), 2, words);
             }
+            for (axes, rank, words) in of_blocks() {
+                let words = format!("the sum of the Jacobians in the matrix {words}");
+                add(Rule::Blocks(axes), rank, &words);
+            }
+            let words =
+                "the solution of the linear system is taken for the new velocity, not its change";
+            add(Rule::Whole, 1, words);
             add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v");
             for (which, what, verb) in [
                 ([true; 2], "Jacobians", "are"),
@@ -961,13 +1034,31 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     for (what, forces, jacobians, inertia) in
         of_forces.into_iter().filter(|_| is_step).chain(of_matrix)
     {
-        let kept = |summed| Rule::Kept(Kept { summed, forces, jacobians, inertia });
+        let kept = |carried| Rule::Kept(Kept { carried, forces, jacobians, inertia });
         let words =
             format!("each step adds to {what} of the steps before, not set to zero in between");
-        add(kept(true), 2, &words);
+        add(kept(Carried::Added(Cleared::None)), 2, &words);
         // The masses are the same in each step.
-        if !inertia {
-            add(kept(false), 2, &format!("each step uses {what} of the first one"));
+        if inertia {
+            continue;
+        }
+        add(kept(Carried::Again), 2, &format!("each step uses {what} of the first one"));
+        let words =
+            format!("each step subtracts {what} of the step before, not set to zero in between");
+        add(kept(Carried::Subtracted), 2, &words);
+        // One loop or one call clears one list.
+        if forces && jacobians != [false; 2] {
+            continue;
+        }
+        for (cleared, which) in [
+            (Cleared::First, "only the first number of"),
+            (Cleared::NotFirst, "all but the first number of"),
+            (Cleared::NotLast, "all but the last number of"),
+            (Cleared::Bytes, "as many bytes as there are numbers, an eighth of"),
+            (Cleared::Few, if forces { "the first half of" } else { "the first row of" }),
+        ] {
+            let words = format!("between steps, {which} {what} is set to zero; the rest adds up");
+            add(kept(Carried::Added(cleared)), 2, &words);
         }
     }
     if method == OnePoint::Linearized {
@@ -1070,8 +1161,8 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
     let change = |rule: Rule, rank: u8, words: String| of_method(name, rule, &words, rank);
     let mut all = Vec::new();
     if method == OnePoint::Linearized {
-        for (slip, words) in Slip::ALL {
-            all.push(change(Rule::Solver(slip), 2, words.to_owned()));
+        for (slip, words) in Slip::all() {
+            all.push(change(Rule::Solver(slip), 2, words));
         }
         for (exponent, central) in (1..=8).flat_map(|e| [(e, false), (e, true)]) {
             if central && exponent > 4 {
@@ -1098,41 +1189,18 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
                 all.push(change(Rule::Unbalanced { right, sign, iterations }, 2, words));
             }
         }
-        for iterations in 1..=6 {
-            let times = if iterations == 1 { "iteration" } else { "iterations" };
-            let words = format!("Newton's method ends after {iterations} {times}");
-            all.push(change(Rule::Newton(Newton { iterations, ..NEWTON }), 1, words));
-        }
-        for exponent in 0..=16 {
-            let tolerance = 10.0_f64.powf(-f64::from(exponent) / 2.0);
-            let written = match exponent % 2 {
-                0 if exponent == 0 => "1".to_owned(),
-                0 => format!("1e-{}", exponent / 2),
-                _ => format!("{tolerance:.1e}"),
-            };
-            let words = format!("Newton's method stops at an update of {written}");
-            all.push(change(Rule::Newton(Newton { tolerance, ..NEWTON }), 2, words));
-        }
-        for (norm, words) in [
-            (Norm::First, "Newton's method looks at the first component of the update only"),
-            (Norm::Sum, "Newton's method adds up the components of the update with their signs"),
-            (Norm::SignedSum, "Newton's method stops where the sum of the update is negative"),
+        for ([positions, velocities], what) in [
+            ([true, false], "the positions x + h v"),
+            ([false, true], "the velocities v"),
+            ([true, true], "x + h v and v"),
         ] {
-            all.push(change(Rule::Newton(Newton { norm, ..NEWTON }), 2, words.to_owned()));
+            let words = format!(
+                "Newton's method evaluates forces and Jacobians at {what} of its start in every iteration"
+            );
+            all.push(change(Rule::Unmoved { positions, velocities }, 1, words));
         }
-        let words = "the last update of Newton's method is not applied".to_owned();
-        all.push(change(Rule::Newton(Newton { drops_last: true, ..NEWTON }), 2, words));
-        for (guess, words) in [
-            (Guess::Zero, "Newton's method starts from zero velocities"),
-            (Guess::Explicit, "Newton's method starts from a step of explicit Euler"),
-        ] {
-            all.push(change(Rule::Newton(Newton { guess, ..NEWTON }), 3, words.to_owned()));
-            for iterations in 1..=3 {
-                let words = format!("{words} and ends after {iterations}");
-                let newton = Newton { guess, iterations, ..NEWTON };
-                all.push(change(Rule::Newton(newton), 3, words));
-            }
-        }
+        let ends = newton_ends().into_iter();
+        all.extend(ends.map(|(newton, rank, words)| change(Rule::Newton(newton), rank, words)));
     }
     for count in [2, 3] {
         let words = format!("{count} steps are made in the place of one");
@@ -1141,6 +1209,65 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
     for count in [2, 3, 4, 5, 10, 20] {
         let words = format!("each step is made of {count} shorter ones");
         all.push(change(Rule::Substeps(count), 3, words));
+    }
+    all
+}
+
+/// Where Newton's method may start and end.
+fn newton_ends() -> Vec<(Newton, u8, String)> {
+    let mut all = Vec::new();
+    for iterations in 1..LIMITS[0] {
+        let times = if iterations == 1 { "iteration" } else { "iterations" };
+        let words = format!("Newton's method ends after {iterations} {times}");
+        all.push((Newton { iterations, ..NEWTON }, 1, words));
+    }
+    // Whole powers first.
+    let (whole, half) = ((0..=16).step_by(2), (1..=16).step_by(2));
+    let tolerances = whole.chain(half).map(|exponent| {
+        let tolerance = 10.0_f64.powf(-f64::from(exponent) / 2.0);
+        let written = match exponent {
+            0 => "1".to_owned(),
+            _ if exponent % 2 == 0 => format!("1e-{}", exponent / 2),
+            _ => format!("{tolerance:.1e}"),
+        };
+        (tolerance, written)
+    });
+    let tolerances: Vec<(f64, String)> = tolerances.collect();
+    for (norm, rank, what) in [
+        (Norm::Euclidean, 2, "Newton's method"),
+        (Norm::First, 2, "Newton's method looks at the first component of the update only, and"),
+        (
+            Norm::Sum,
+            2,
+            "Newton's method adds up the components of the update with their signs, and",
+        ),
+        (Norm::Positions, 3, "Newton's method looks at the update of positions, and"),
+        (Norm::Largest, 3, "Newton's method looks at the largest component of the update, and"),
+    ] {
+        for (drops_last, rest) in [(false, ""), (true, " and does not apply the last one")] {
+            if norm != Norm::Euclidean || drops_last {
+                let newton = Newton { norm, drops_last, ..NEWTON };
+                all.push((newton, rank, format!("{what} stops at a small update{rest}")));
+            }
+            for (tolerance, written) in &tolerances {
+                let newton = Newton { norm, drops_last, tolerance: *tolerance, ..NEWTON };
+                all.push((newton, rank, format!("{what} stops at an update of {written}{rest}")));
+            }
+        }
+    }
+    let words = "Newton's method stops where the sum of the update is negative";
+    all.push((Newton { norm: Norm::SignedSum, ..NEWTON }, 2, words.to_owned()));
+    for (guess, relaxation, rank, words) in [
+        (Guess::Old, 0.5, 2, "Newton's method applies half of each update"),
+        (Guess::Zero, 1.0, 3, "Newton's method starts from zero velocities"),
+        (Guess::Explicit, 1.0, 3, "Newton's method starts from a step of explicit Euler"),
+    ] {
+        let newton = Newton { guess, relaxation, ..NEWTON };
+        all.push((newton, rank, words.to_owned()));
+        for iterations in (1..LIMITS[0]).chain(LIMITS) {
+            let words = format!("{words} and ends after {iterations}");
+            all.push((Newton { iterations, ..newton }, rank, words));
+        }
     }
     all
 }
@@ -1177,6 +1304,7 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
         Some(OnePoint::Linearized | OnePoint::Implicit)
     );
     let mut all = Vec::new();
+    let family = if implicit { "implicit" } else { "explicit" };
     let mut add = |family: Option<bool>, effect: Effect, rank: u8, words: &str| {
         let place = Place::Fixed(family);
         all.push(Change { place, words: words.to_owned(), effect, rank });
@@ -1184,15 +1312,37 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     let rule = Effect::Fixed;
     add(None, Effect::Scene(SceneRule::Unfixed), 0, "fixed particles are treated as free");
     if scene.particles.iter().filter(|particle| particle.fixed).count() > 1 {
-        for (last, which) in [(false, "first"), (true, "last")] {
-            let words = format!("of several fixed particles, only the {which} is held");
-            let effect = || Effect::Scene(SceneRule::OneFixed { last });
+        for (which, name) in [(StillFixed::First, "first"), (StillFixed::Last, "last")] {
+            let words = format!("of several fixed particles, only the {name} is held");
+            let effect = || Effect::Scene(SceneRule::StillFixed(which));
             add(None, effect(), 1, &words);
-            let family = if implicit { "implicit" } else { "explicit" };
-            let words =
-                format!("{family} methods hold only the {which} of several fixed particles");
+            let words = format!("{family} methods hold only the {name} of several fixed particles");
             add(Some(implicit), effect(), 1, &words);
         }
+    }
+    for (which, name, end) in [
+        (StillFixed::NotParticleFirst, "first", scene.particles.first()),
+        (StillFixed::NotParticleLast, "last", scene.particles.last()),
+    ] {
+        if end.is_some_and(|particle| particle.fixed) {
+            let effect = || Effect::Scene(SceneRule::StillFixed(which));
+            add(None, effect(), 1, &format!("the {name} particle is not held where it is fixed"));
+            let words =
+                format!("{family} methods do not hold the {name} particle where it is fixed");
+            add(Some(implicit), effect(), 1, &words);
+        }
+    }
+    for (of, rank, words) in [
+        (FixedRule::Stand, 1, "do not move fixed particles, although they have a velocity"),
+        (FixedRule::Stop, 1, "set the velocities of fixed particles to zero"),
+        (FixedRule::Freeze, 2, "do not move fixed particles, and set their velocities to zero"),
+        (
+            FixedRule::Restored,
+            2,
+            "put fixed particles back after each step, and keep the velocities that forces give them",
+        ),
+    ] {
+        add(Some(implicit), rule(of), rank, &format!("{family} methods {words}"));
     }
     for exponent in 3..=15 {
         let words = format!("fixed particles are free, with a mass of 1e{exponent}");
@@ -1246,17 +1396,30 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     for (rows, columns, right) in cleared {
         for (axis, letter) in XY.iter().enumerate() {
             let unknowns = Unknowns::Axis(axis);
-            let hold = Hold { rows, columns, right, unknowns, massless: false };
+            let hold = Hold { rows, columns, right, unknowns, of_right: unknowns, ..HELD };
             let words = format!("implicit methods hold fixed particles along {letter} only");
             add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
         }
-        let hold = Hold { rows, columns, right, unknowns: Unknowns::Index, massless: false };
-        let words = "implicit methods clear the unknowns i, i + 1 of fixed particle i";
-        add(Some(true), rule(FixedRule::Hold(hold)), 2, words);
-        let hold = Hold { unknowns: Unknowns::ByAxis, ..hold };
-        let words = "implicit methods hold fixed particles as if all x came before all y";
-        add(Some(true), rule(FixedRule::Hold(hold)), 2, words);
+        for (unknowns, words) in [
+            (Unknowns::Index, "clear the unknowns i, i + 1 of fixed particle i"),
+            (Unknowns::Number, "hold the unknown i of fixed particle i, and no other"),
+            (Unknowns::ByAxis, "hold fixed particles as if all x came before all y"),
+        ] {
+            let hold = Hold { rows, columns, right, unknowns, of_right: unknowns, ..HELD };
+            let words = format!("implicit methods {words}");
+            add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
+        }
     }
+    for (axis, letter) in XY.iter().enumerate() {
+        let hold = Hold { of_right: Unknowns::Axis(axis), ..HELD };
+        let words = format!(
+            "implicit methods clear the right-hand sides of fixed particles along {letter} only"
+        );
+        add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
+    }
+    let solved = Hold { rows: false, columns: false, right: false, solution: true, ..HELD };
+    let words = "implicit methods solve for fixed particles as for free ones, and drop their part of the solution";
+    add(Some(true), rule(FixedRule::Hold(solved)), 1, words);
     let massless = Hold { rows: false, columns: false, massless: true, ..HELD };
     let words = "implicit methods leave the mass of fixed particles out of the matrix";
     add(Some(true), rule(FixedRule::Hold(massless)), 2, words);
@@ -1275,7 +1438,25 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
     let reads = helper::reads(true).into_iter().map(|(read, what, of_which)| {
         (Helper::Read(read), format!("{what} is read for {of_which}"))
     });
-    let mut all: Vec<Change> = slips.chain(reads).map(change).collect();
+    let blocks = of_stencil(Stencil::Edge)
+        .into_iter()
+        .map(|(blocks, words)| (Helper::Blocks(blocks), format!("each Jacobian {words}")));
+    let mut all: Vec<Change> = slips.chain(reads).chain(blocks).map(change).collect();
+    let mut tags: Vec<&'static str> = Vec::new();
+    for schema in scene.forces.iter().map(|element| element.schema) {
+        let is_new = !tags.contains(&schema.tag);
+        tags.push(schema.tag);
+        let whole = Term { tag: schema.tag, part: "" };
+        if !is_new || schema.stencil.size() != 2 || Term::of(schema).len() < 2 {
+            continue;
+        }
+        all.extend(of_stencil(schema.stencil).into_iter().map(|(blocks, words)| Change {
+            place: Place::Jacobian(whole),
+            words: format!("each Jacobian of {whole} {words}"),
+            effect: Effect::Blocks(whole, JACOBIANS, blocks),
+            rank: 2,
+        }));
+    }
     all.retain(|change| change.acts_in(scene));
     all
 }
@@ -1410,7 +1591,20 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             if of_it().any(|element| element.edge.is_some()) {
                 let words = format!("only the last {tag} on each edge has an effect");
                 left_out(Which::NotLastOnEdge, words);
+                let words = format!("only the first {tag} on each edge has an effect");
+                left_out(Which::NotFirstOnEdge, words);
             }
+        }
+        if of_it().any(|element| element.pair().is_some_and(|[i, j]| i > j)) {
+            let words = format!("{tag} has no effect where i is larger than j");
+            left_out(Which::Descending, words);
+        }
+        let is_joined = |element: &ForceElement| {
+            element.particles.iter().any(|particle| scene.particles[*particle].fixed)
+        };
+        if of_it().any(is_joined) {
+            let words = format!("{tag} has no effect where one of its particles is fixed");
+            left_out(Which::Joined, words);
         }
         let is_of_scene = |parameter: &&ParameterSchema| {
             !parameter.three_dimensional || scene.dimension == Dimension::Three
@@ -1467,6 +1661,13 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let whole = name(Term { part: "", ..*first }, quantity);
                 let words = format!("{whole} is assigned to its blocks, not added");
                 add(Place::Jacobian(*first), SceneRule::Assigned(tag, quantity, false), 2, words);
+                if !is_pair {
+                    let words = format!(
+                        "{whole} is assigned to the diagonal of the matrix, over all that stands before it"
+                    );
+                    let rule = SceneRule::AssignedDiagonal(tag, quantity);
+                    add(Place::Jacobian(*first), rule, 2, words);
+                }
                 for place in 0..if is_pair { 2 } else { 0 } {
                     let end = first.schema().stencil.particles()[place];
                     let block = format!("the block {end} {end}");
@@ -1533,6 +1734,12 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             if of_it().any(|element| element.pair().is_some()) {
                 let words = format!("{tag} takes the initial distance of its particles for {name}");
                 add(place, SceneRule::InitialDistance(tag, name), 2, words);
+            }
+            for (sign, written) in [(1.0, ""), (-1.0, "−")] {
+                if of_it().any(|element| element.parameter(name) * sign < 0.0) {
+                    let words = format!("{tag} takes {written}|{name}| for {name}");
+                    add(place, SceneRule::Signed(tag, name, sign), 2, words);
+                }
             }
             let values = || of_it().map(|element| element.parameter(name));
             if values().any(|value| value.fract() != 0.0) {

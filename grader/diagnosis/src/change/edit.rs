@@ -177,6 +177,13 @@ fn of_components(node: &Expression) -> Vec<Edit> {
             all.push(with(Axes::CrossNegated, negative));
             let diagonal = format!("lacks the entries off the diagonal of {node}");
             all.push(with(Axes::Diagonal, diagonal));
+            all.push(with(
+                Axes::Filled,
+                format!("has each row of {node} filled with its diagonal entry"),
+            ));
+        }
+        Expression::Leaf(Leaf::Identity) => {
+            all.push(with(Axes::Filled, "has 1 in all entries of the identity".to_owned()));
         }
         Expression::Sum(_) if !node.is_number() => {
             let negative =

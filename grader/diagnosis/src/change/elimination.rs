@@ -1,8 +1,16 @@
-//! Gaussian elimination without pivoting, with one of its loops or statements wrong, or of rounded numbers. Cost: `O(n³)`.
+//! Solvers of a linear system with one of their loops or statements wrong, for another kind of matrix, or of rounded numbers.
+//!
+//! ```text
+//! elimination         without pivoting, or with pivoting by rows
+//! sweeps              of Gauss and Seidel's or Jacobi's method, from 0
+//! conjugate gradients n iterations from 0, exact for a symmetric matrix
+//! ```
+//!
+//! Cost: `O(n³)`, of sweeps `O(n²)` each.
 
 use nalgebra::{DMatrix, DVector};
 
-/// A slip in an elimination.
+/// A solver with a slip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Slip {
     /// The last row is not eliminated.
@@ -25,11 +33,43 @@ pub enum Slip {
     FirstUnknown,
     /// Matrix and right-hand side are in single precision.
     Single,
+    /// Rows are exchanged, their right-hand sides are not.
+    RightNotExchanged,
+    /// Right-hand sides are exchanged, their rows are not.
+    RowsNotExchanged,
+    /// So many sweeps of Gauss and Seidel's method.
+    Sweeps(u16),
+    /// So many sweeps of Jacobi's method.
+    Jacobi(u16),
+    /// Conjugate gradients.
+    ConjugateGradients,
 }
+
+/// A number is larger than another one from this multiple on.
+const SAME: f64 = 1.0 + 1e-9;
+
+/// Usual numbers of sweeps.
+const SWEEPS: [u16; 14] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 20, 50, 100];
 
 impl Slip {
     /// Every slip, in words.
-    pub(super) const ALL: [(Self, &'static str); 10] = [
+    pub(super) fn all() -> Vec<(Self, String)> {
+        let plain = Self::PLAIN.iter().map(|(slip, words)| (*slip, (*words).to_owned()));
+        let number = |count: u16| match count {
+            1 => "1 sweep".to_owned(),
+            _ => format!("{count} sweeps"),
+        };
+        let of = |count: u16| {
+            let solved = format!("the linear system is solved by {}", number(count));
+            [
+                (Self::Sweeps(count), format!("{solved} of Gauss and Seidel's method, from 0")),
+                (Self::Jacobi(count), format!("{solved} of Jacobi's method, from 0")),
+            ]
+        };
+        plain.chain(SWEEPS.into_iter().flat_map(of)).collect()
+    }
+
+    const PLAIN: [(Self, &'static str); 13] = [
         (Self::LastRow, "the elimination leaves out the last row"),
         (Self::LastColumn, "the elimination leaves out the last column"),
         (Self::RightKept, "the elimination does not change the right-hand side"),
@@ -40,10 +80,22 @@ impl Slip {
         (Self::LastUnknown, "back substitution leaves the last unknown 0"),
         (Self::FirstUnknown, "back substitution leaves the first unknown 0"),
         (Self::Single, "the matrix and the right-hand side are rounded to single precision"),
+        (Self::RightNotExchanged, "the elimination exchanges rows, and not their right-hand sides"),
+        (Self::RowsNotExchanged, "the elimination exchanges right-hand sides, and not their rows"),
+        (
+            Self::ConjugateGradients,
+            "the linear system is solved by conjugate gradients, which need a symmetric matrix",
+        ),
     ];
 
     /// The unknowns, with the slip.
     pub(super) fn solve(self, mut matrix: DMatrix<f64>, mut right: DVector<f64>) -> DVector<f64> {
+        match self {
+            Self::Sweeps(count) => return sweeps(&matrix, &right, count, true),
+            Self::Jacobi(count) => return sweeps(&matrix, &right, count, false),
+            Self::ConjugateGradients => return conjugate_gradients(&matrix, right),
+            _ => {}
+        }
         let n = right.len();
         let without = |slip: Self| n - usize::from(self == slip);
         if self == Self::Single {
@@ -51,6 +103,16 @@ impl Slip {
             numbers.for_each(|value| *value = f64::from(*value as f32));
         }
         for pivot in 0..n {
+            if matches!(self, Self::RightNotExchanged | Self::RowsNotExchanged) {
+                // Of two that are equal but for rounding, the first.
+                let size = |row: usize| matrix[(row, pivot)].abs();
+                let larger = |most, row| if size(row) > SAME * size(most) { row } else { most };
+                let largest = (pivot..n).fold(pivot, larger);
+                match self {
+                    Self::RightNotExchanged => matrix.swap_rows(pivot, largest),
+                    _ => right.swap_rows(pivot, largest),
+                }
+            }
             for row in pivot + 1..without(Self::LastRow) {
                 let mut factor = matrix[(row, pivot)] / matrix[(pivot, pivot)];
                 if self == Self::PositiveFactor {
@@ -76,5 +138,81 @@ impl Slip {
             unknowns[row] = rest / divisor;
         }
         unknowns
+    }
+}
+
+/// Sweeps from 0. Those of Gauss and Seidel use each unknown as soon as it is new.
+fn sweeps(matrix: &DMatrix<f64>, right: &DVector<f64>, count: u16, at_once: bool) -> DVector<f64> {
+    let n = right.len();
+    let mut unknowns = DVector::zeros(n);
+    for _ in 0..count {
+        let before = unknowns.clone();
+        for row in 0..n {
+            let known = if at_once { &unknowns } else { &before };
+            let others = (0..n).filter(|column| *column != row);
+            let sum: f64 = others.map(|column| matrix[(row, column)] * known[column]).sum();
+            unknowns[row] = (right[row] - sum) / matrix[(row, row)];
+        }
+    }
+    unknowns
+}
+
+fn conjugate_gradients(matrix: &DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
+    let mut unknowns = DVector::zeros(right.len());
+    let (mut along, mut rest) = (right.clone(), right);
+    for _ in 0..rest.len() {
+        let square = rest.norm_squared();
+        if square == 0.0 {
+            break;
+        }
+        let image = matrix * &along;
+        let part = square / along.dot(&image);
+        unknowns += part * &along;
+        rest -= part * image;
+        along = &rest + (rest.norm_squared() / square) * along;
+    }
+    unknowns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_solver_is_exact_where_its_slip_has_no_effect() {
+        let mut random = fastrand::Rng::with_seed(5);
+        let n = 6;
+        let part = DMatrix::from_fn(n, n, |_, _| random.f64() - 0.5);
+        let right = DVector::from_fn(n, |_, _| random.f64() - 0.5);
+        // Symmetric, and its diagonal the largest of each row and column.
+        let dominant = &part + part.transpose() + DMatrix::identity(n, n) * 8.0;
+        let exact = dominant.clone().lu().solve(&right).expect("a regular matrix");
+        let unsymmetric = &part + DMatrix::identity(n, n) * 8.0;
+        let other = unsymmetric.clone().lu().solve(&right).expect("a regular matrix");
+        let mut exchanged = unsymmetric.clone();
+        exchanged.swap_rows(1, 2);
+        let error = |slip: Slip, matrix: &DMatrix<f64>, exact: &DVector<f64>| {
+            (slip.solve(matrix.clone(), right.clone()) - exact).amax()
+        };
+        for slip in [
+            Slip::RightNotExchanged,
+            Slip::RowsNotExchanged,
+            Slip::Sweeps(50),
+            Slip::Jacobi(100),
+            Slip::ConjugateGradients,
+        ] {
+            assert!(error(slip, &dominant, &exact) < 1e-14, "{slip:?}");
+        }
+        assert!(error(Slip::Sweeps(4), &dominant, &exact) > 1e-6);
+        assert!(
+            error(Slip::Jacobi(4), &dominant, &exact) > error(Slip::Sweeps(4), &dominant, &exact)
+        );
+        assert!(error(Slip::ConjugateGradients, &unsymmetric, &other) > 1e-6);
+        let mut swapped = right.clone();
+        swapped.swap_rows(1, 2);
+        let of_swapped = unsymmetric.lu().solve(&swapped).expect("a regular matrix");
+        // Right-hand sides stay where they were: those of the other order are solved.
+        let unknowns = Slip::RightNotExchanged.solve(exchanged, swapped.clone());
+        assert!((unknowns - of_swapped).amax() < 1e-14);
     }
 }

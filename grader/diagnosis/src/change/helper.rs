@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Axes, Coordinates, Read, ReadAt};
+use super::{Axes, Blocks, Coordinates, Read, ReadAt};
 
 /// A function on vectors with a slip.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +19,8 @@ pub enum Helper {
     Direction(Option<Axes>, f64, i32),
     /// The coordinates of the two particles.
     Read(Read),
+    /// Where the blocks of a Jacobian are added.
+    Blocks(Blocks),
 }
 
 /// A dot product.

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::Kept;
+use super::{Carried, Cleared, Kept};
 
 /// The kept values, after the steps made so far; those of a program that has made none by default.
 #[derive(Debug, Clone, Default)]
@@ -15,11 +15,12 @@ pub struct Memory {
 impl Memory {
     /// The force that a step uses, where this one is evaluated.
     pub(super) fn force(&mut self, kept: Option<Kept>, mut force: Vec<f64>) -> Vec<f64> {
-        let Some(Kept { summed, .. }) = kept.filter(|kept| kept.forces) else { return force };
-        match &self.force {
-            Some(before) if summed => force.iter_mut().zip(before).for_each(|(f, b)| *f += b),
-            Some(before) => force.clone_from(before),
-            None => {}
+        let Some(Kept { carried, .. }) = kept.filter(|kept| kept.forces) else { return force };
+        if let Some(before) = &self.force {
+            let n = force.len();
+            for (place, (value, before)) in force.iter_mut().zip(before).enumerate() {
+                *value = carried.with(*value, *before, [place, 0], [n, 1]);
+            }
         }
         self.force = Some(force.clone());
         force
@@ -31,14 +32,17 @@ impl Memory {
         kept: Option<Kept>,
         mut both: [DMatrix<f64>; 2],
     ) -> [DMatrix<f64>; 2] {
-        let Some(Kept { summed, jacobians, .. }) = kept else { return both };
+        let Some(Kept { carried, jacobians, .. }) = kept else { return both };
         for ((matrix, before), _) in
             both.iter_mut().zip(&mut self.jacobians).zip(jacobians).filter(|(_, kept)| *kept)
         {
-            match before {
-                Some(before) if summed => *matrix += &*before,
-                Some(before) => matrix.clone_from(before),
-                None => {}
+            if let Some(before) = before {
+                let n = matrix.nrows();
+                for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column)))
+                {
+                    let (value, before) = (&mut matrix[(row, column)], before[(row, column)]);
+                    *value = carried.with(*value, before, [row, column], [n, n]);
+                }
             }
             *before = Some(matrix.clone());
         }
@@ -47,8 +51,42 @@ impl Memory {
 
     /// How often the matrix of a step has the masses.
     pub(super) fn masses(&mut self, kept: Option<Kept>) -> f64 {
-        let is_summed = kept.is_some_and(|kept| kept.inertia && kept.summed);
+        let is_summed =
+            kept.is_some_and(|kept| kept.inertia && matches!(kept.carried, Carried::Added(_)));
         self.n_masses = if is_summed { self.n_masses + 1.0 } else { 1.0 };
         self.n_masses
+    }
+}
+
+impl Carried {
+    /// A value with the one before it, in this row and column of so many.
+    fn with(self, value: f64, before: f64, at: [usize; 2], of: [usize; 2]) -> f64 {
+        match self {
+            Self::Again => before,
+            Self::Subtracted => value - before,
+            Self::Added(cleared) => value + cleared.left(before, at, of),
+        }
+    }
+}
+
+impl Cleared {
+    /// What is left of the entry in this row and column of so many.
+    fn left(self, before: f64, [row, column]: [usize; 2], [rows, columns]: [usize; 2]) -> f64 {
+        let place = row * columns + column;
+        let is_cleared = match self {
+            Self::None => false,
+            Self::First => place == 0,
+            Self::NotFirst => place != 0,
+            Self::NotLast => place + 1 != rows * columns,
+            Self::Bytes => {
+                // Of the last number, the lower bytes.
+                let bytes = (rows * columns).saturating_sub(8 * place).min(8);
+                let mask = u64::MAX.checked_shl(8 * bytes as u32).unwrap_or(0);
+                return f64::from_bits(before.to_bits() & mask);
+            }
+            Self::Few if columns > 1 => row == 0,
+            Self::Few => place < rows / 2,
+        };
+        if is_cleared { 0.0 } else { before }
     }
 }

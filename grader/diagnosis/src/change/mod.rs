@@ -48,7 +48,7 @@ pub use model::{Model, Sample};
 use reference::method::OnePoint;
 pub use rounds::Task;
 use rounds::{RoundsRule, is_of_rounds};
-pub use step::{Residual, Stepped};
+pub use step::{Iterate, Residual, Stepped};
 
 /// A force, or a part of one that stands alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -135,9 +135,10 @@ impl Change {
                 false
             }
             (_, Place::Jacobian(term)) => has(&term) && implicit(),
-            (Effect::Helper(_), _) => {
+            (Effect::Helper(helper), _) => {
                 let is_pair = |element: &ForceElement| element.pair().is_some();
-                !is_of_rounds(scene) && scene.forces.iter().any(is_pair)
+                let is_used = !matches!(helper, Helper::Blocks(_)) || implicit();
+                is_used && !is_of_rounds(scene) && scene.forces.iter().any(is_pair)
             }
             (Effect::Method(name, Rule::Replaced(_) | Rule::Idle), _) => {
                 scene.integrator.name == *name
@@ -156,7 +157,7 @@ impl Change {
                     SceneRule::Unfixed
                     | SceneRule::Heavy(_)
                     | SceneRule::Unjoined
-                    | SceneRule::OneFixed { .. },
+                    | SceneRule::StillFixed(_),
                 ),
                 place,
             ) => {
@@ -171,8 +172,8 @@ impl Change {
                 concerned && scene.particles.iter().any(|particle| particle.fixed)
             }
             (Effect::Start(_, _, start), Place::Force(term)) => {
-                use Start::{Both, Positions, Velocities};
-                let is_at_the_end = matches!(start, Positions | Velocities | Both);
+                use Start::{Along, Both, Positions, Velocities};
+                let is_at_the_end = matches!(start, Along(_) | Positions | Velocities | Both);
                 has(&term) && (implicit() || !is_at_the_end)
             }
             (_, Place::Force(term)) => has(&term),
@@ -287,7 +288,7 @@ pub enum Effect {
     /// Which particles of an element feel its force.
     Ends(Term, Ends),
     /// The blocks of an element's Jacobian.
-    Blocks(Term, Quantity, Blocks),
+    Blocks(Term, &'static [Quantity], Blocks),
     /// The components that are kept.
     Axes(Term, Quantity, Axes),
     /// The length `l` in all formulas of a term.
@@ -324,9 +325,9 @@ impl Effect {
             | Self::Start(_, quantities, _)
             | Self::Gate(_, quantities, _)
             | Self::Weight(_, quantities, _)
+            | Self::Blocks(_, quantities, _)
             | Self::Masses(_, quantities, _) => quantities,
             Self::Formula(_, quantity, _)
-            | Self::Blocks(_, quantity, _)
             | Self::Axes(_, quantity, _)
             | Self::Particles(_, quantity, _) => match quantity {
                 Quantity::Force => &[Quantity::Force],
@@ -441,6 +442,12 @@ pub enum Ends {
     ByNumber,
     /// The right ones, but that on `j` is added to the coordinates from `j` on.
     SecondAtIndex,
+    /// The right ones, but those on particle `i` are added to the coordinates from `i` on.
+    AtIndex,
+    /// The force on the particle at this place has the first component in the place of the second.
+    Copied(usize, usize, usize),
+    /// It has the second component added to the first, and none of its own.
+    Gathered(usize, usize, usize),
 }
 
 /// Blocks of an element's Jacobian; the right ones of a pair are `k, −k; −k, k`.
@@ -458,8 +465,12 @@ pub enum Blocks {
     Without([usize; 2]),
     /// The same on coordinates relative to the particle at the third place: its rows and columns balance those that are left.
     WithoutRelative([usize; 2], usize),
-    /// Of a pair: the block between the particles that is in this row has both, the other none.
-    OneSided(usize),
+    /// The first block is added to the second, and is nowhere else: row and column each.
+    Moved([usize; 2], [usize; 2]),
+    /// Those in the row of the particle at this place have the wrong sign.
+    RowNegated(usize),
+    /// Those in the column of the particle at this place have the wrong sign.
+    ColumnNegated(usize),
     /// All but the row of the particle at this place.
     WithoutRow(usize),
     /// All but the column of the particle at this place.
@@ -520,6 +531,10 @@ pub enum Which {
     Last,
     /// All but the last on each edge.
     NotLastOnEdge,
+    /// All but the first on each edge.
+    NotFirstOnEdge,
+    /// Those whose first particle has the larger number.
+    Descending,
     /// Those whose parameter is zero.
     Zero(&'static str),
     /// Those between a fixed and another particle.
@@ -570,6 +585,8 @@ pub enum Start {
     Velocities,
     /// Both.
     Both,
+    /// Positions along this axis.
+    Along(usize),
     /// Velocities of the step before, at the positions of its arguments.
     EarlierVelocities,
     /// Positions of the step before.
@@ -606,6 +623,10 @@ pub enum MassAt {
     First,
     /// That of its particle, where coordinates are stored axis after axis: all x, then all y.
     ByAxis,
+    /// The number of its particle, and one more for each axis before its own.
+    Coordinate,
+    /// 0 along this axis, and its own along others.
+    FirstAlong(usize),
 }
 
 /// The entries of a step's matrix that its solver reads.
@@ -653,6 +674,8 @@ pub enum Rule {
     ColumnMasses,
     /// The solver reads these entries of the Jacobians in the matrix.
     Entries(Entries),
+    /// The blocks of the Jacobians in the matrix have other entries.
+    Blocks(Axes),
     /// Forces at `x + c h v` (implicit: `x + c h u`).
     ForcesAt(f64),
     /// Jacobians at `x + c h u`: by position, by velocity, or both.
@@ -661,6 +684,18 @@ pub enum Rule {
     Linearized(Linearized),
     /// `x' = x + h v` first, and forces there.
     PositionsFirst,
+    /// Newton's method evaluates forces and Jacobians at the same positions, velocities or both in every iteration: those
+    /// of its first guess.
+    Unmoved {
+        /// Positions.
+        positions: bool,
+        /// Velocities.
+        velocities: bool,
+    },
+    /// A linearized method takes its solution for the new velocity, not for its change.
+    Whole,
+    /// Positions move with the new velocity, which is lost then.
+    Lost,
     /// Forces of the step before.
     Stale,
     /// The Jacobians of the step before; none in the first step.
@@ -740,14 +775,42 @@ pub struct Linearized {
 /// Values that a program should compute anew in each step, and does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Kept {
-    /// Whether they are added to those of the steps before, not taken from the first step.
-    pub summed: bool,
+    /// What is done with them.
+    pub carried: Carried,
     /// The sum of all forces.
     pub forces: bool,
     /// The sums of Jacobians, by position and by velocity.
     pub jacobians: [bool; 2],
     /// The masses in the matrix.
     pub inertia: bool,
+}
+
+/// What becomes of the values of the step before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Carried {
+    /// They are used again.
+    Again,
+    /// Those of a step are added to them, where these entries are cleared first.
+    Added(Cleared),
+    /// They are subtracted from those of a step.
+    Subtracted,
+}
+
+/// Entries of a vector, or of a matrix row by row, that are cleared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cleared {
+    /// None.
+    None,
+    /// The first.
+    First,
+    /// All but the first.
+    NotFirst,
+    /// All but the last.
+    NotLast,
+    /// An eighth, from the first on: as many bytes as there are entries.
+    Bytes,
+    /// As many as there are particles; of a matrix, its first row.
+    Few,
 }
 
 /// Where Newton's method starts and ends.
@@ -763,6 +826,8 @@ pub struct Newton {
     pub guess: Guess,
     /// Whether the last update is not applied.
     pub drops_last: bool,
+    /// The part of each update that is applied.
+    pub relaxation: f64,
 }
 
 /// The size of an update.
@@ -780,6 +845,12 @@ pub enum Norm {
     SignedSum,
     /// The change of positions, `h` times that of velocities.
     Positions,
+}
+
+impl Norm {
+    /// All.
+    pub const ALL: [Self; 6] =
+        [Self::Euclidean, Self::Largest, Self::First, Self::Sum, Self::SignedSum, Self::Positions];
 }
 
 /// The first guess of the new velocities.
@@ -804,6 +875,8 @@ pub enum FixedRule {
     Freeze,
     /// Simple gravity changes their velocities.
     Fall,
+    /// They do not move, and forces change their velocities.
+    Restored,
     /// Explicit methods move them as free ones; along one axis only if given.
     Feel(Option<usize>),
     /// What is cleared in the linear system of an implicit method.
@@ -823,8 +896,12 @@ pub struct Hold {
     pub right: bool,
     /// Which unknowns.
     pub unknowns: Unknowns,
+    /// Which of the right-hand side.
+    pub of_right: Unknowns,
     /// Whether the mass is removed from the diagonal.
     pub massless: bool,
+    /// Whether their part of the solution is cleared.
+    pub solution: bool,
 }
 
 /// The unknowns that are taken for those of particle `i`.
@@ -834,6 +911,8 @@ pub enum Unknowns {
     Own,
     /// `i` and the following ones.
     Index,
+    /// `i` alone.
+    Number,
     /// Along one axis only.
     Axis(usize),
     /// Those of the particle, where coordinates are stored axis after axis: all x, then all y.
@@ -913,6 +992,19 @@ impl Pick {
     }
 }
 
+/// Fixed particles that are taken as fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StillFixed {
+    /// The first of them.
+    First,
+    /// The last of them.
+    Last,
+    /// Those other than the first particle of the scene.
+    NotParticleFirst,
+    /// Those other than the last particle of the scene.
+    NotParticleLast,
+}
+
 /// A scene read wrongly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SceneRule {
@@ -959,6 +1051,8 @@ pub enum SceneRule {
     InitialDistance(&'static str, &'static str),
     /// A parameter has this value.
     Parameter(&'static str, &'static str, f64),
+    /// A parameter has this sign, whatever is written.
+    Signed(&'static str, &'static str, f64),
     /// A parameter is read as another.
     ParameterAs(&'static str, &'static str, &'static str),
     /// Two parameters are read each as the other.
@@ -982,6 +1076,8 @@ pub enum SceneRule {
     /// The blocks of an element's Jacobian overwrite those of elements before it, in the order of the file; those of each
     /// part also those of the parts before it, if so.
     Assigned(&'static str, Quantity, bool),
+    /// The same of the diagonal entries alone.
+    AssignedDiagonal(&'static str, Quantity),
     /// The blocks of an element's Jacobians overwrite those of elements of all forces before it; those of each particle by
     /// itself alone, if so.
     AssignedByAll(&'static [Quantity], bool),
@@ -991,11 +1087,8 @@ pub enum SceneRule {
     ParticlesBefore(&'static str),
     /// The pair of each element is another one, whatever its attributes.
     Pairs(&'static str, Pick),
-    /// Of several fixed particles, the first or the last is fixed.
-    OneFixed {
-        /// The last one.
-        last: bool,
-    },
+    /// These fixed particles are fixed, the others are free.
+    StillFixed(StillFixed),
     /// Fixed particles are free, and have this mass.
     Heavy(f64),
     /// Free particles are fixed; fixed ones are free, if so.

@@ -19,7 +19,7 @@ use super::rounds::{Rounds, is_of_rounds};
 use super::{
     Axes, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold,
     Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Read,
-    ReadAt, Rule, SceneRule, Softening, Start, Term, Unknowns, Which,
+    ReadAt, Rule, SceneRule, Softening, Start, StillFixed, Term, Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -76,7 +76,7 @@ impl Point {
     }
 
     /// The positions and velocities that a term reads.
-    fn read(&self, from: Option<Start>, fixed: &[bool]) -> [Cow<'_, [f64]>; 2] {
+    fn read(&self, from: Option<Start>, fixed: &[bool], axes: usize) -> [Cow<'_, [f64]>; 2] {
         let [x, v] = &self.start;
         let [x_earlier, v_earlier] = self.earlier.as_ref().unwrap_or(&self.start);
         let rest = |(v, at_rest): (&f64, bool)| if at_rest { 0.0 } else { *v };
@@ -88,6 +88,13 @@ impl Point {
             Some(Start::Positions) => [x, &self.v],
             Some(Start::Velocities) => [&self.x, v],
             Some(Start::Both) => [x, v],
+            Some(Start::Along(axis)) => {
+                let mut mixed = self.x.clone();
+                for dof in (axis..mixed.len()).step_by(axes) {
+                    mixed[dof] = x[dof];
+                }
+                return [mixed.into(), (&self.v).into()];
+            }
             Some(Start::Rest) => return [(&self.x).into(), vec![0.0; self.v.len()].into()],
             Some(Start::FixedAtRest) => {
                 let v = self.v.iter().zip(fixed.iter().copied()).map(rest);
@@ -162,6 +169,14 @@ pub(super) struct Rules {
     pub(super) jacobians_at: [Option<f64>; 2],
     pub(super) stale: bool,
     pub(super) stale_jacobians: bool,
+    /// Entries of the blocks of Jacobians in the matrix.
+    pub(super) blocks: Option<Axes>,
+    /// Whether positions and velocities of every iteration are those of the first one.
+    pub(super) unmoved: [bool; 2],
+    /// Whether the solution is taken for the new velocity.
+    pub(super) whole: bool,
+    /// Whether the new velocity is lost after the step.
+    pub(super) lost: bool,
     /// Factors of the velocities at which forces, dF/dx and dF/dv are evaluated.
     pub(super) seen: [f64; 3],
     /// A factor of the forces along an axis.
@@ -227,11 +242,19 @@ pub(super) const NEWTON: Newton = Newton {
     norm: Norm::Euclidean,
     guess: Guess::Old,
     drops_last: false,
+    relaxation: 1.0,
 };
 
 /// What is cleared for a fixed particle.
-pub(super) const HELD: Hold =
-    Hold { rows: true, columns: true, right: true, unknowns: Unknowns::Own, massless: false };
+pub(super) const HELD: Hold = Hold {
+    rows: true,
+    columns: true,
+    right: true,
+    unknowns: Unknowns::Own,
+    of_right: Unknowns::Own,
+    massless: false,
+    solution: false,
+};
 
 impl Model {
     /// The steps of `scene` with these changes.
@@ -276,6 +299,10 @@ impl Model {
             jacobians_at: [None; 2],
             stale: false,
             stale_jacobians: false,
+            blocks: None,
+            unmoved: [false; 2],
+            whole: false,
+            lost: false,
             seen: [1.0; 3],
             along: None,
             kept: None,
@@ -422,6 +449,11 @@ impl Model {
                 FixedRule::Freeze => {
                     (self.fixed_rules.stand, self.fixed_rules.stop) = (true, true);
                 }
+                FixedRule::Restored => {
+                    let free = Hold { rows: false, columns: false, right: false, ..HELD };
+                    (self.fixed_rules.stand, self.fixed_rules.feel) = (true, Some(None));
+                    self.fixed_rules.hold = free;
+                }
                 FixedRule::Fall => self.fixed_rules.fall = true,
                 FixedRule::Feel(axis) => self.fixed_rules.feel = Some(axis),
                 FixedRule::Hold(hold) => self.fixed_rules.hold = hold,
@@ -479,6 +511,12 @@ impl Model {
                         MassAt::Particle => mass[dof / self.dimension],
                         MassAt::First => mass[0],
                         MassAt::ByAxis => mass[dof % self.scene.particles.len() * self.dimension],
+                        MassAt::Coordinate => {
+                            let axis = dof % self.dimension;
+                            mass[(dof / self.dimension + axis).min(mass.len() - 1)]
+                        }
+                        MassAt::FirstAlong(axis) if dof % self.dimension == axis => mass[0],
+                        MassAt::FirstAlong(_) => mass[dof],
                     };
                 }
             }
@@ -502,6 +540,14 @@ impl Model {
             }
             Rule::Stale => rules.stale = true,
             Rule::StaleJacobians => rules.stale_jacobians = true,
+            Rule::Blocks(axes) => rules.blocks = Some(axes),
+            Rule::Unmoved { positions, velocities } => {
+                rules.unmoved = [positions, velocities];
+                // The matrix is that of another equation: the method converges slowly.
+                rules.newton.iterations = MANY_ITERATIONS;
+            }
+            Rule::Whole => rules.whole = true,
+            Rule::Lost => rules.lost = true,
             Rule::Seen(factors) => rules.seen = factors,
             Rule::AlongAxis(axis, factor) => rules.along = Some((axis, factor)),
             Rule::Split(term) => {
@@ -647,6 +693,7 @@ impl Model {
         let place = 1 + usize::from(quantity == Quantity::ByVelocity);
         let most = model.n_coordinates(place, at.x.len(), axes);
         self.each_block(model, quantity, at, &mut |row, column, block| {
+            let block = self.rules.blocks.map_or(*block, |axes| axes.of_matrix(*block));
             for (a, b) in (0..axes).flat_map(|a| (0..axes).map(move |b| (a, b))) {
                 let (row, column, value) = (row * axes + a, column * axes + b, block[(a, b)]);
                 if row >= most {
@@ -675,7 +722,7 @@ impl Model {
 
     fn add_force(&self, model: &TermModel, at: &Point, sum: &mut [f64]) {
         let evaluation = &model.evaluations[0];
-        let [x, v] = &at.read(evaluation.start, &self.fixed);
+        let [x, v] = &at.read(evaluation.start, &self.fixed, self.dimension);
         let most = model.n_coordinates(0, sum.len(), self.dimension);
         let factor = |particle: usize| {
             evaluation.factor.of(self.scene.time_step, self.scene.particles[particle].mass)
@@ -701,7 +748,8 @@ impl Model {
                 return;
             }
             for (place, (particle, force)) in particles.iter().zip(forces).enumerate() {
-                let is_slipped = place == 1 && evaluation.ends == Some(Ends::SecondAtIndex);
+                let is_slipped = evaluation.ends == Some(Ends::AtIndex)
+                    || place == 1 && evaluation.ends == Some(Ends::SecondAtIndex);
                 let first = if is_slipped { *particle } else { particle * self.dimension };
                 for (_, axis) in element.lost.forces.iter().filter(|(one, _)| one == particle) {
                     match axis {
@@ -722,10 +770,19 @@ impl Model {
         }
         let Some(formula) = &evaluation.formula else { return };
         for element in &*model.elements {
-            let on = |pair: [usize; 2]| {
-                formula
-                    .value(&self.inputs(model, element, pair, [x, v], evaluation.masses))
-                    .vector()
+            let of = |pair: [usize; 2], masses: Option<MassAt>| {
+                formula.value(&self.inputs(model, element, pair, [x, v], masses)).vector()
+            };
+            // With a mass of its own for each component.
+            let on = |pair: [usize; 2]| match evaluation.masses {
+                Some(MassAt::Coordinate) => Vector3::from_fn(|axis, _| {
+                    let last = self.mass.len() - 1;
+                    let read = pair.map(|one| (one + axis).min(last) / self.dimension);
+                    let inputs = self.inputs(model, element, pair, [x, v], None);
+                    let masses = read.map(|particle| self.scene.particles[particle].mass);
+                    formula.value(&Inputs { masses, ..inputs }).vector()[axis]
+                }),
+                masses => of(pair, masses),
             };
             if let [i, j] = element.particles[..] {
                 let force = on([i, j]);
@@ -747,7 +804,7 @@ impl Model {
     ) {
         let place = usize::from(quantity == Quantity::ByVelocity);
         let evaluation = &model.evaluations[1 + place];
-        let [x, v] = &at.read(evaluation.start, &self.fixed);
+        let [x, v] = &at.read(evaluation.start, &self.fixed, self.dimension);
         let factor =
             |row: usize| evaluation.factor.of(self.scene.time_step, self.scene.particles[row].mass);
         let mut put = |element: &Element, row: usize, column: usize, block: Matrix3<f64>| {
@@ -777,10 +834,14 @@ impl Model {
         // The blocks of an element, row by row, changed.
         let mut put_all = |element: &Element, particles: &[usize], blocks: &mut [Matrix3<f64>]| {
             let m = particles.len();
-            if let Some(change) = evaluation.blocks {
+            let of_all = match self.helper {
+                Some(Helper::Blocks(change)) if m == 2 => Some(change),
+                _ => None,
+            };
+            if let Some(change) = evaluation.blocks.or(of_all) {
                 change.change(m, blocks);
             }
-            let is_local = evaluation.blocks == Some(Blocks::LocalIndices);
+            let is_local = evaluation.blocks.or(of_all) == Some(Blocks::LocalIndices);
             let particle = |place: usize| if is_local { place } else { particles[place] };
             for (place, block) in blocks.iter().enumerate() {
                 put(element, particle(place / m), particle(place % m), *block);
@@ -993,7 +1054,7 @@ impl Model {
             Some(MassAt::Particle) => particle / self.dimension,
             Some(MassAt::First) => 0,
             // A force reads one mass for all axes: it has no other place for it.
-            Some(MassAt::ByAxis) => particle,
+            Some(MassAt::ByAxis | MassAt::Coordinate | MassAt::FirstAlong(_)) => particle,
         };
         Inputs {
             parameters: element.parameters.clone(),
@@ -1047,8 +1108,10 @@ impl TermModel {
                 }
             }
             Effect::Ends(_, ends) => self.evaluations[0].ends = Some(*ends),
-            Effect::Blocks(_, quantity, blocks) => {
-                self.evaluations[index(*quantity)].blocks = Some(*blocks);
+            Effect::Blocks(_, quantities, blocks) => {
+                for quantity in *quantities {
+                    self.evaluations[index(*quantity)].blocks = Some(*blocks);
+                }
             }
             Effect::Axes(_, quantity, axes) => {
                 self.evaluations[index(*quantity)].axes = Some(*axes);
@@ -1112,6 +1175,7 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
         let of = match rule {
             SceneRule::Overwrites(tag, ..)
             | SceneRule::Assigned(tag, ..)
+            | SceneRule::AssignedDiagonal(tag, _)
             | SceneRule::Scattered(tag)
             | SceneRule::AssignedOwn(tag, ..) => Some(tag),
             SceneRule::AssignedByAll(..) => None,
@@ -1151,6 +1215,13 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                     let mut blocks = blocks_of(scene, element);
                     blocks.retain(|[row, column]| !is_own || row == column);
                     (quantities, whole(blocks))
+                }
+                SceneRule::AssignedDiagonal(_, quantity) => {
+                    let axes = 0..scene.dimension.count();
+                    let own = particles_of(scene, element).into_iter();
+                    let entries = own
+                        .flat_map(|one| axes.clone().map(move |axis| ([one; 2], Some([axis; 2]))));
+                    (&[quantity], entries.collect())
                 }
                 SceneRule::AssignedOwn(_, quantity, place, entry) => {
                     (&[quantity], vec![([element.particles[place]; 2], entry)])
@@ -1210,6 +1281,11 @@ impl Which {
                 let mut later = scene.forces[number + 1..].iter().filter(|one| is_its(one));
                 element.edge.is_some() && later.any(|one| one.edge == element.edge)
             }
+            Self::NotFirstOnEdge => {
+                let mut earlier = scene.forces[..number].iter().filter(|one| is_its(one));
+                element.edge.is_some() && earlier.any(|one| one.edge == element.edge)
+            }
+            Self::Descending => element.pair().is_some_and(|[i, j]| i > j),
             Self::Zero(name) => element.parameter(name) == 0.0,
             Self::Joined => element.particles.iter().any(|each| scene.particles[*each].fixed),
         };
@@ -1331,7 +1407,12 @@ impl Ends {
             Self::ByNumber if particles[0] > particles[1] => {
                 forces.iter_mut().for_each(|force| *force = -*force);
             }
-            Self::ByNumber | Self::SecondAtIndex => {}
+            Self::Copied(place, from, to) => forces[place][to] = forces[place][from],
+            Self::Gathered(place, to, from) => {
+                forces[place][to] += forces[place][from];
+                forces[place][from] = 0.0;
+            }
+            Self::ByNumber | Self::SecondAtIndex | Self::AtIndex => {}
         }
     }
 }
@@ -1352,7 +1433,7 @@ impl Blocks {
                 Self::Without([i, j]) | Self::WithoutRelative([i, j], _) => {
                     [row, column] == [i, j] || [row, column] == [j, i]
                 }
-                Self::OneSided(kept) => row != column && row != kept,
+                Self::Moved(from, _) => [row, column] == from,
                 Self::WithoutRow(left_out) => row == left_out,
                 Self::WithoutColumn(left_out) => column == left_out,
                 _ => false,
@@ -1360,7 +1441,9 @@ impl Blocks {
             match self {
                 _ if is_left_out => *block = Matrix3::zeros(),
                 Self::SameSign if row != column => *block = -*block,
-                Self::OneSided(_) if row != column => *block += right[column * m + row],
+                Self::Moved([a, b], to) if [row, column] == to => *block += right[a * m + b],
+                Self::RowNegated(place) if row == place => *block = -*block,
+                Self::ColumnNegated(place) if column == place => *block = -*block,
                 Self::CrossTransposed if row != column => *block = block.transpose(),
                 Self::Transposed => *block = transposed(),
                 Self::Symmetrized => *block = (*block + transposed()) * 0.5,
@@ -1521,6 +1604,12 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 *element.parameter_mut(name) = value;
             }
         }
+        SceneRule::Signed(tag, name, sign) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let value = element.parameter_mut(name);
+                *value = value.abs() * sign;
+            }
+        }
         SceneRule::ParameterAs(tag, name, other) => {
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 *element.parameter_mut(name) = element.parameter(other);
@@ -1584,17 +1673,22 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         SceneRule::LeftOut { .. }
         | SceneRule::Overwrites(..)
         | SceneRule::Assigned(..)
+        | SceneRule::AssignedDiagonal(..)
         | SceneRule::AssignedByAll(..)
         | SceneRule::Scattered(_)
         | SceneRule::AssignedOwn(..) => {}
-        SceneRule::OneFixed { last } => {
+        SceneRule::StillFixed(which) => {
             let fixed = |particle: &scene::Particle| particle.fixed;
-            let kept = match last {
-                true => scene.particles.iter().rposition(fixed),
-                false => scene.particles.iter().position(fixed),
-            };
+            let [first, last] =
+                [scene.particles.iter().position(fixed), scene.particles.iter().rposition(fixed)];
+            let end = scene.particles.len() - 1;
             for (number, particle) in scene.particles.iter_mut().enumerate() {
-                particle.fixed = Some(number) == kept;
+                particle.fixed &= match which {
+                    StillFixed::First => Some(number) == first,
+                    StillFixed::Last => Some(number) == last,
+                    StillFixed::NotParticleFirst => number != 0,
+                    StillFixed::NotParticleLast => number != end,
+                };
             }
         }
         SceneRule::Heavy(mass) => {

@@ -22,12 +22,15 @@ enum Setting {
     End,
     /// The steps in the place of one.
     Count,
+    /// What becomes of the solution.
+    Solution,
 }
 
 impl Rule {
     fn sets(self) -> Vec<Setting> {
         use Setting::{
-            Count, Drift, End, ForcePoint, PositionJacobianPoint, Right, VelocityJacobianPoint,
+            Count, Drift, End, ForcePoint, PositionJacobianPoint, Right, Solution,
+            VelocityJacobianPoint,
         };
         match self {
             Self::ForcesAt(_) | Self::Stale => vec![ForcePoint],
@@ -45,6 +48,10 @@ impl Rule {
             Self::Inertia { .. } => vec![Right],
             Self::Unbalanced { .. } => vec![Right, End],
             Self::Newton(_) => vec![End],
+            Self::Unmoved { .. } => {
+                vec![ForcePoint, PositionJacobianPoint, VelocityJacobianPoint, End]
+            }
+            Self::Whole | Self::Lost => vec![Solution],
             Self::Repeated(_) | Self::Substeps(_) => vec![Count],
             _ => Vec::new(),
         }

@@ -14,12 +14,35 @@ use scene::trace::State;
 use super::gate::Measure;
 use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
-use super::{Change, Factor, Guess, Hold, Norm, Quantity, Start, Term, Unknowns};
+use super::{Change, Factor, Guess, Hold, Newton, Norm, Quantity, Start, Term, Unknowns};
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
 /// A step of implicit Euler whose Newton iteration needs more than this is not reproducible: where it ends depends on
 /// the limit of the program, or on rounding.
 const CONVERGING: usize = 10;
+
+/// Iterates of Newton's method after which it is taken as ended.
+const MOST_ITERATES: usize = 60;
+
+/// Velocities that Newton's method passes.
+#[derive(Debug, Clone)]
+pub struct Iterate {
+    /// The velocities.
+    pub velocities: Vec<f64>,
+    /// The size of the update from there, by each norm in the order of [`Norm::ALL`].
+    sizes: [f64; Norm::ALL.len()],
+}
+
+impl Iterate {
+    /// The one of these at which Newton's method ends.
+    pub fn last<'a>(all: &'a [Self], newton: &Newton) -> Option<&'a Self> {
+        let norm = Norm::ALL.iter().position(|norm| *norm == newton.norm)?;
+        let ends = |iterate: &Self| iterate.sizes[norm] < newton.tolerance;
+        let applied = usize::from(!newton.drops_last);
+        let end = all.iter().position(ends).map_or(usize::MAX, |end| end + applied);
+        all.get(end.min(newton.iterations).min(all.len() - 1))
+    }
+}
 
 /// The end of a step.
 #[derive(Debug, Clone)]
@@ -132,6 +155,9 @@ impl Model {
         self.fix(&old, state);
         self.limit(state);
         self.drift(&old, state);
+        if self.rules.lost {
+            state.velocities = old.velocities;
+        }
         Some(converged)
     }
 
@@ -292,8 +318,12 @@ impl Model {
 
     /// `x + c h u`.
     fn point(&self, time: f64, old: &State, u: &[f64], c: f64) -> Point {
+        let [along, u] = self.rules.unmoved.map(|is_unmoved| {
+            let is_unmoved = is_unmoved && self.method == Some(OnePoint::Implicit);
+            if is_unmoved { &old.velocities } else { u }
+        });
         let mut x: Vec<f64> =
-            old.positions.iter().zip(u).map(|(x, u)| x + c * self.h * u).collect();
+            old.positions.iter().zip(along).map(|(x, u)| x + c * self.h * u).collect();
         if self.fixed_rules.behind && self.is_implicit() {
             for (dof, x) in x.iter_mut().enumerate().filter(|(dof, _)| self.fixed[*dof]) {
                 *x = old.positions[dof];
@@ -361,29 +391,18 @@ impl Model {
         let newton = self.rules.newton;
         let linearized = self.method == Some(OnePoint::Linearized);
         let most = if linearized { self.rules.iterations } else { newton.iterations };
-        let mut u = match newton.guess {
-            _ if linearized => old.velocities.clone(),
-            Guess::Old => old.velocities.clone(),
-            Guess::Zero => (0..old.velocities.len())
-                .map(|dof| if self.fixed[dof] { old.velocities[dof] } else { 0.0 })
-                .collect(),
-            Guess::Explicit => {
-                let at = Point::new(&old.positions, &old.velocities, time);
-                let force = self.force(&at);
-                let free = |dof: usize| if self.fixed[dof] { 0.0 } else { self.h * force[dof] };
-                (0..force.len())
-                    .map(|dof| old.velocities[dof] + free(dof) / self.mass[dof])
-                    .collect()
-            }
-        };
+        let guess = if linearized { Guess::Old } else { newton.guess };
+        let mut u = self.first_guess(guess, time, old);
         let mut made = 0;
         let mut reached = linearized && most == 1;
         while made < most {
             let delta = self.update(memory, time, earlier, old, &u)?;
             made += 1;
-            reached |= self.size(&delta) < newton.tolerance;
+            reached |= self.size(newton.norm, &delta) < newton.tolerance;
             if !(reached && newton.drops_last && !linearized) {
-                u.iter_mut().zip(&delta).for_each(|(u, delta)| *u += delta);
+                let kept = if self.rules.whole && linearized { 0.0 } else { 1.0 };
+                let applied = if linearized { 1.0 } else { newton.relaxation };
+                u.iter_mut().zip(&delta).for_each(|(u, delta)| *u = kept * *u + applied * delta);
             }
             if reached {
                 break;
@@ -394,15 +413,53 @@ impl Model {
         Some(made <= CONVERGING && (reached || is_early))
     }
 
-    fn size(&self, delta: &[f64]) -> f64 {
-        let norm = || delta.iter().map(|value| value * value).sum::<f64>().sqrt();
-        match self.rules.newton.norm {
-            Norm::Euclidean => norm(),
+    /// The velocities from which Newton's method starts.
+    fn first_guess(&self, guess: Guess, time: f64, old: &State) -> Vec<f64> {
+        let v = &old.velocities;
+        match guess {
+            Guess::Old => v.clone(),
+            Guess::Zero => {
+                (0..v.len()).map(|dof| if self.fixed[dof] { v[dof] } else { 0.0 }).collect()
+            }
+            Guess::Explicit => {
+                let force = self.force(&Point::new(&old.positions, v, time));
+                let free = |dof: usize| if self.fixed[dof] { 0.0 } else { self.h * force[dof] };
+                (0..v.len()).map(|dof| v[dof] + free(dof) / self.mass[dof]).collect()
+            }
+        }
+    }
+
+    /// What Newton's method passes in a step of implicit Euler, from this guess and by this part of each update, until it
+    /// hardly moves.
+    pub fn iterates(&self, sample: &Sample, guess: Guess, relaxation: f64) -> Vec<Iterate> {
+        let (old, time) = (&sample.before, self.time(sample.step));
+        let earlier = sample.earlier.as_ref();
+        let mut velocities = self.first_guess(guess, time, old);
+        let mut all = Vec::new();
+        while all.len() < MOST_ITERATES {
+            let update = self.update(&mut Memory::default(), time, earlier, old, &velocities);
+            let Some(update) = update else { break };
+            let next = velocities.iter().zip(&update).map(|(u, delta)| u + relaxation * delta);
+            let next: Vec<f64> = next.collect();
+            let is_last = next == velocities;
+            let sizes = Norm::ALL.map(|norm| self.size(norm, &update));
+            all.push(Iterate { velocities: std::mem::replace(&mut velocities, next), sizes });
+            if is_last {
+                break;
+            }
+        }
+        all
+    }
+
+    fn size(&self, norm: Norm, delta: &[f64]) -> f64 {
+        let size = || delta.iter().map(|value| value * value).sum::<f64>().sqrt();
+        match norm {
+            Norm::Euclidean => size(),
             Norm::Largest => delta.iter().fold(0.0, |most, value| value.abs().max(most)),
             Norm::First => delta.first().map_or(0.0, |value| value.abs()),
             Norm::Sum => delta.iter().sum::<f64>().abs(),
             Norm::SignedSum => delta.iter().sum::<f64>(),
-            Norm::Positions => self.h * norm(),
+            Norm::Positions => self.h * size(),
         }
     }
 
@@ -465,10 +522,14 @@ impl Model {
             }
         }
         self.hold(&mut matrix, &mut right);
-        let delta = match self.rules.slip {
+        let mut delta = match self.rules.slip {
             None => matrix.lu().solve(&right)?,
             Some(slip) => slip.solve(matrix, right),
         };
+        if self.fixed_rules.hold.solution {
+            let fixed = delta.iter_mut().zip(&self.fixed).filter(|(_, is_fixed)| **is_fixed);
+            fixed.for_each(|(delta, _)| *delta = 0.0);
+        }
         delta.iter().all(|value| value.is_finite()).then(|| delta.data.into())
     }
 
@@ -512,20 +573,28 @@ impl Model {
 
     /// Clears the rows, columns and right-hand sides of fixed particles.
     fn hold(&self, matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) {
-        let Hold { rows, columns, right: of_right, unknowns, massless } = self.fixed_rules.hold;
-        for (particle, _) in self.scene.particles.iter().enumerate().filter(|(_, p)| p.fixed) {
+        let hold = self.fixed_rules.hold;
+        let Hold { rows, columns, right: is_right, massless, .. } = hold;
+        let (count, size) = (self.scene.particles.len(), right.len());
+        let of = |particle: usize, unknowns: Unknowns| {
             let first = particle * self.dimension;
-            let dofs = match unknowns {
-                Unknowns::Own => first..first + self.dimension,
-                Unknowns::Index => particle..(particle + self.dimension).min(right.len()),
-                Unknowns::Axis(axis) => first + axis..first + axis + 1,
-                Unknowns::ByAxis => 0..self.dimension,
+            let (first, stride) = match unknowns {
+                Unknowns::Own => (first, 1),
+                Unknowns::Index | Unknowns::Number => (particle, 1),
+                Unknowns::Axis(axis) => (first + axis, 1),
+                Unknowns::ByAxis => (particle, count),
             };
-            for dof in dofs {
-                let dof = match unknowns {
-                    Unknowns::ByAxis => dof * self.scene.particles.len() + particle,
-                    _ => dof,
-                };
+            let most = match unknowns {
+                Unknowns::Number | Unknowns::Axis(_) => 1,
+                _ => self.dimension,
+            };
+            (0..most).map(move |place| first + stride * place).filter(move |dof| *dof < size)
+        };
+        for (particle, _) in self.scene.particles.iter().enumerate().filter(|(_, p)| p.fixed) {
+            if is_right {
+                of(particle, hold.of_right).for_each(|dof| right[dof] = 0.0);
+            }
+            for dof in of(particle, hold.unknowns) {
                 if rows {
                     matrix.row_mut(dof).fill(0.0);
                 }
@@ -534,9 +603,6 @@ impl Model {
                 }
                 if rows || columns {
                     matrix[(dof, dof)] = 1.0;
-                }
-                if of_right {
-                    right[dof] = 0.0;
                 }
                 if massless {
                     matrix[(dof, dof)] -= self.mass[dof];
@@ -747,8 +813,10 @@ impl Model {
     /// that depends on all before it, or a linear system that is not solved.
     pub fn residual(&self, sample: &Sample) -> Option<Residual> {
         let rules = &self.rules;
-        let is_one_solve =
-            rules.slip.is_none() && rules.differences.is_none() && rules.iterations == 1;
+        let is_one_solve = rules.slip.is_none()
+            && rules.differences.is_none()
+            && rules.iterations == 1
+            && !(rules.whole || rules.lost || self.fixed_rules.hold.solution);
         let shows = self.substeps == 1 && !self.remembers() && is_one_solve;
         let method = self.method.filter(|_| shows)?;
         let delta = change(sample);

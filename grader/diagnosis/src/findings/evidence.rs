@@ -178,6 +178,15 @@ impl<'a> SceneEvidence<'a> {
         if made.converged { Agreement::Differs } else { Agreement::Open }
     }
 
+    /// Whether the sampled step ends with these velocities.
+    pub(super) fn ends_at(&self, evidence: &Evidence, velocities: &[f64]) -> bool {
+        let Evidence { sample, noise: [_, noise], .. } = evidence;
+        let [_, change] = distances(&sample.before, &sample.after);
+        let pairs = velocities.iter().zip(&sample.after.velocities);
+        let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        off <= self.limits.left * noise + SOLVER * change
+    }
+
     /// Whether `model` makes all sampled steps, or those of the first `most`.
     pub(super) fn agrees_with(&self, model: &Model, most: usize) -> Agreement {
         self.agree(model, self.evidence.iter().take(most))

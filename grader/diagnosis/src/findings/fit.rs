@@ -1,7 +1,7 @@
 //! Changes with numbers in them, found from the steps: the residual of a step is affine in most of them.
 
 use crate::change::candidates::{self, Numbered};
-use crate::change::{Change, Model};
+use crate::change::{Change, Effect, Guess, Iterate, Model, Rule};
 use reference::method::{Method, OnePoint};
 use scene::Scene;
 
@@ -124,6 +124,32 @@ fn affine(
     }
     let is_other = |(a, b): (&f64, &f64)| (a - b).abs() > OTHER * b.abs();
     numbers.iter().zip(right).any(is_other).then_some(numbers)
+}
+
+/// Those of these changes whose ends of Newton's method are all the ends of the scene's sampled steps: iterates are the same
+/// whatever ends them.
+pub(super) fn ends(scene: &SceneEvidence<'_>, made: &[Change], all: Vec<Change>) -> Vec<Change> {
+    let model = Model::new(&scene.scene, made);
+    let newton = |change: &Change| match change.effect {
+        Effect::Method(_, Rule::Newton(newton)) => Some(newton),
+        _ => None,
+    };
+    let mut paths: Vec<((Guess, f64), Vec<Vec<Iterate>>)> = Vec::new();
+    let mut fitting = all;
+    fitting.retain(|change| {
+        let Some(newton) = newton(change) else { return false };
+        let from = (newton.guess, newton.relaxation);
+        let number = paths.iter().position(|(known, _)| *known == from).unwrap_or_else(|| {
+            let of = |one: &Evidence| model.iterates(&one.sample, newton.guess, newton.relaxation);
+            paths.push((from, scene.evidence.iter().map(of).collect()));
+            paths.len() - 1
+        });
+        scene.evidence.iter().zip(&paths[number].1).all(|(evidence, path)| {
+            let last = Iterate::last(path, &newton);
+            last.is_some_and(|last| scene.ends_at(evidence, &last.velocities))
+        })
+    });
+    fitting
 }
 
 /// The speed at which a particle ends in every sample, and that none exceeds.

@@ -3,6 +3,8 @@
 //! A fault is undone only where that makes traces right: in some scenes every step is right then, from the scene's own
 //! initial state on. In the others, what is wrong then is another mistake.
 
+use std::cmp::Ordering;
+
 use rayon::prelude::*;
 use scene::Scene;
 use scene::trace::State;
@@ -97,7 +99,50 @@ impl Layout {
     }
 }
 
+impl Layout {
+    /// How it differs from another one, in words.
+    fn beside(self, other: Self) -> String {
+        let mut all = Vec::new();
+        if self.loops != other.loops || self.velocities_first != other.velocities_first {
+            let [first, second] = match self.velocities_first {
+                false => ["positions", "velocities"],
+                true => ["velocities", "positions"],
+            };
+            let each = |name: &str| name.trim_end_matches('s').replace("velocitie", "velocity");
+            let [one, two] = [first, second].map(each);
+            all.push(match self.loops {
+                [0, 1, 2] => format!("all {first} stand before all {second}"),
+                [0, 2, 1] => format!("all {first} stand before all {second}, each axis by axis"),
+                [1, 0, 2] => format!("the {one} of each particle stands before its {two}"),
+                [1, 2, 0] => {
+                    format!("of each particle, the {one} and the {two} along x stand before those along y")
+                }
+                [2, 0, 1] => format!("all numbers along x stand before those along y, {first} first"),
+                _ => format!("all numbers along x stand before those along y, the {one} of each particle before its {two}"),
+            });
+        }
+        match self.axes_down {
+            [true, true] => all.push("x and y are exchanged".to_owned()),
+            [true, false] => all.push("x and y of positions are exchanged".to_owned()),
+            [false, true] => all.push("x and y of velocities are exchanged".to_owned()),
+            [false, false] => {}
+        }
+        if self.particles_down {
+            all.push("the last particle comes first".to_owned());
+        }
+        all.join("; ")
+    }
+}
+
 impl Undo {
+    /// What it undoes, in words, where its kind does not say all.
+    fn layout(self) -> Option<String> {
+        match self {
+            Self::Order { written, read } => Some(written.beside(read)),
+            _ => None,
+        }
+    }
+
     /// What may undo a fault of this kind.
     fn of(kind: &Kind) -> Vec<Self> {
         match kind {
@@ -193,6 +238,8 @@ pub(super) struct Restored {
     pub(super) number: usize,
     /// Where the fault is that is undone.
     pub(super) feature: Feature,
+    /// The order of its numbers, in words, where it is another one and no second order explains as much.
+    pub(super) layout: Option<String>,
     scene: Scene,
     states: Vec<State>,
     envelope: Vec<[f64; 2]>,
@@ -288,15 +335,30 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
                 && evidence.iter().all(|one| !one.is_wrong() || is_near(one));
             let envelope = judged.envelope.iter().skip(usize::from(undo == Undo::Late));
             let envelope = envelope.copied().collect();
-            let restored = Restored { number, feature, scene, states, envelope, passed, is_right };
+            let layout = undo.layout();
+            let restored =
+                Restored { number, feature, layout, scene, states, envelope, passed, is_right };
             Some((restored, (steps, evidence)))
         };
         scenes.par_iter().enumerate().filter_map(of).collect()
     };
     let n_right = |all: &[(Restored, Examined)]| all.iter().filter(|one| one.0.is_right).count();
     let possible = Undo::of(kind).into_iter().filter(starts_right).take(MOST).map(restore);
-    let best = possible.reduce(|best, one| if n_right(&one) > n_right(&best) { one } else { best });
-    best.filter(|best| n_right(best) >= FEW).unwrap_or_default()
+    let mut is_open = false;
+    let best = possible.reduce(|best, one| {
+        let more = n_right(&one).cmp(&n_right(&best));
+        let layout = |all: &[(Restored, Examined)]| {
+            all.first().and_then(|(restored, _)| restored.layout.clone())
+        };
+        let is_other = more == Ordering::Equal && layout(&one) != layout(&best);
+        is_open = is_other || is_open && more != Ordering::Greater;
+        if more == Ordering::Greater { one } else { best }
+    });
+    let mut best = best.filter(|best| n_right(best) >= FEW).unwrap_or_default();
+    if is_open {
+        best.iter_mut().for_each(|(restored, _)| restored.layout = None);
+    }
+    best
 }
 
 #[cfg(test)]

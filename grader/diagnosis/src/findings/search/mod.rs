@@ -230,62 +230,96 @@ impl<'a> Search<'a> {
             kinds.push(kind);
             is_new
         });
+        let left = self.covering(left);
         let mut gates = gates::Known::default();
-        for pairs in [false, true] {
-            let mut weighed: Vec<Weighed> = Vec::new();
-            let mut most = if pairs { self.limits.tried / 2 } else { self.limits.tried };
-            for &number in &left {
-                // What explains an earlier scene need not be found again.
-                if weighed.iter().any(|known| known.explained.contains(&number)) {
-                    continue;
+        let mut seen: BTreeSet<(usize, bool)> = BTreeSet::new();
+        loop {
+            let n_before = seen.len();
+            for pairs in [false, true] {
+                let weighed = self.enumerate(made, &left, pairs, &mut seen, &mut gates);
+                let chosen = self.choose(made, weighed);
+                if !chosen.is_empty() {
+                    return chosen;
                 }
-                let scene = self.scenes[number];
-                let acting = made.iter().filter(|change| change.acts_in(&scene.scene)).count();
-                let size = scene.scene.particles.len() * scene.scene.dimension.count();
-                let cost = cost(scene.scene.integrator, size, pairs);
-                let is_over = self.spent + cost > self.limits.ceiling;
-                if most == 0 || is_over || self.tried.get(&(number, pairs)) == Some(&acting) {
-                    continue;
-                }
-                most -= 1;
-                self.spent += cost;
-                let mut survivors: Vec<Vec<Change>> = match pairs {
-                    false => {
-                        let mut found = survivors(&scene, made, &self.time_steps);
-                        let all = &self.scenes;
-                        found.extend(gates::of_scene(number, all, made, &mut gates, self.limits));
-                        found.sort_by_key(|change| change.rank);
-                        found.into_iter().map(|change| vec![change]).collect()
-                    }
-                    true => {
-                        let mut found = with_rules(&scene, made);
-                        found.extend(pairs_of(&scene, made));
-                        if found.is_empty() {
-                            found = with_reading(&scene, made);
-                            found.extend(gates::with_rules(
-                                number,
-                                &self.scenes,
-                                made,
-                                self.limits,
-                            ));
-                        }
-                        found
-                    }
-                };
-                let is_excluded = |change: &Change| self.excluded.contains(change);
-                survivors.retain(|changes| !changes.iter().any(is_excluded));
-                let found = self.weigh_all(made, survivors);
-                if found.is_empty() {
-                    self.tried.insert((number, pairs), acting);
-                }
-                weighed.extend(found);
             }
-            let chosen = self.choose(made, weighed);
-            if !chosen.is_empty() {
-                return chosen;
+            if seen.len() == n_before {
+                return Vec::new();
             }
         }
-        Vec::new()
+    }
+
+    /// These scenes, those first that have a term under a method, or fixed particles under it, that no scene before has.
+    fn covering(&self, scenes: Vec<usize>) -> Vec<usize> {
+        let mut known: BTreeSet<(&str, Option<Term>)> = BTreeSet::new();
+        let (mut first, mut others) = (Vec::new(), Vec::new());
+        for number in scenes {
+            let scene = &self.scenes[number].scene;
+            let name = scene.integrator.name;
+            let has_fixed = scene.particles.iter().any(|particle| particle.fixed);
+            let mut is_new = has_fixed && known.insert((name, None));
+            for term in super::terms(scene) {
+                is_new |= known.insert((name, Some(term)));
+            }
+            if is_new { first.push(number) } else { others.push(number) }
+        }
+        first.extend(others);
+        first
+    }
+
+    /// Changes, or pairs of them, that make the steps of some of these scenes that are not seen yet, with what they explain.
+    fn enumerate(
+        &mut self,
+        made: &[Change],
+        left: &[usize],
+        pairs: bool,
+        seen: &mut BTreeSet<(usize, bool)>,
+        gates: &mut gates::Known,
+    ) -> Vec<Weighed> {
+        let mut weighed: Vec<Weighed> = Vec::new();
+        let mut most = if pairs { self.limits.tried / 2 } else { self.limits.tried };
+        for &number in left {
+            // What explains an earlier scene need not be found again.
+            if weighed.iter().any(|known| known.explained.contains(&number)) {
+                continue;
+            }
+            let scene = self.scenes[number];
+            let acting = made.iter().filter(|change| change.acts_in(&scene.scene)).count();
+            let size = scene.scene.particles.len() * scene.scene.dimension.count();
+            let cost = cost(scene.scene.integrator, size, pairs);
+            let is_over = self.spent + cost > self.limits.ceiling;
+            let is_known = self.tried.get(&(number, pairs)) == Some(&acting);
+            if most == 0 || is_over || is_known || !seen.insert((number, pairs)) {
+                continue;
+            }
+            most -= 1;
+            self.spent += cost;
+            let mut survivors: Vec<Vec<Change>> = match pairs {
+                false => {
+                    let mut found = survivors(&scene, made, &self.time_steps);
+                    let all = &self.scenes;
+                    found.extend(gates::of_scene(number, all, made, gates, self.limits));
+                    found.sort_by_key(|change| change.rank);
+                    found.into_iter().map(|change| vec![change]).collect()
+                }
+                true => {
+                    let mut found = with_rules(&scene, made);
+                    found.extend(pairs_of(&scene, made));
+                    if found.is_empty() {
+                        found = with_reading(&scene, made);
+                        found.extend(gates::with_rules(number, &self.scenes, made, self.limits));
+                    }
+                    found
+                }
+            };
+            let is_excluded = |change: &Change| self.excluded.contains(change);
+            survivors.retain(|changes| !changes.iter().any(is_excluded));
+            let found = self.weigh_all(made, survivors);
+            if found.is_empty() {
+                self.tried.insert((number, pairs), acting);
+            }
+            weighed.extend(found);
+        }
+        weighed
     }
 
     /// Gives each wrong scene that all causes together make to those that act in it, and to no other: what was proven beside

@@ -5,7 +5,7 @@
 
 use crate::change::candidates::{self, Numbered, NumberedForce};
 use crate::change::round_changes;
-use crate::change::{Change, Effect, Model, Place, Quantity, Sample, Term};
+use crate::change::{Change, Effect, Model, Place, Quantity, Rule, Sample, Term};
 use rayon::prelude::*;
 use scene::schema::Matrix;
 
@@ -33,7 +33,11 @@ pub(super) fn survivors(
     whole.extend(candidates::of_fixed(inner));
     whole.extend(candidates::of_helpers(inner));
     whole.extend(candidates::of_reading(inner, time_steps));
-    whole.extend(candidates::of_process(inner));
+    let is_end = |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Newton(_)));
+    let (ends, others): (Vec<Change>, Vec<Change>) =
+        candidates::of_process(inner).into_iter().partition(is_end);
+    whole.extend(others);
+    whole.extend(fit::ends(scene, made, ends));
     whole.extend(round_changes::of_rounds(inner));
     whole.extend(fit::of_rules(scene, made, &samples, |_| true));
     let by_steps = whole.par_iter().filter(|change| {
@@ -375,12 +379,12 @@ pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Ch
 fn value_of(change: &Change) -> Option<(Term, Quantity)> {
     match &change.effect {
         Effect::Formula(term, quantity, _)
-        | Effect::Blocks(term, quantity, _)
         | Effect::Axes(term, quantity, _)
         | Effect::Particles(term, quantity, _) => Some((*term, *quantity)),
         Effect::Factor(term, quantities, _)
         | Effect::Start(term, quantities, _)
         | Effect::Weight(term, quantities, _)
+        | Effect::Blocks(term, quantities, _)
         | Effect::Masses(term, quantities, _) => Some((*term, quantities[0])),
         Effect::Derived(term, _)
         | Effect::Ends(term, _)

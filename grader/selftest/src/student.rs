@@ -360,11 +360,19 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
     -p["k"] * (pair.l() - p["l0"]) * pair.n()
 }
 
+/// Whether there is Rayleigh's damping, for which the student has no formula.
+fn is_damped(scene: &Scene) -> bool {
+    scene.forces.iter().any(|of| {
+        let by_mass = of.schema.tag == "massdamping";
+        by_mass || of.schema.has_parameter("beta") && of.parameter("beta") != 0.0
+    })
+}
+
 /// Whether the student supports the scene, but for those [in space](knows_in_space): fast mass-spring without acceleration; otherwise two dimensions, with the
 /// methods and forces below, and without error control. The simulator's tests compare other scenes with other references.
 pub fn knows(scene: &Scene) -> bool {
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
-    let is_plane = scene.dimension == Dimension::Two && !by_time;
+    let is_plane = scene.dimension == Dimension::Two && !by_time && !is_damped(scene);
     match Method::of(scene.integrator.equation) {
         Method::Controlled(_) => false,
         Method::Rounds => scene.integrator_options.choice("acceleration") == "none",

@@ -198,8 +198,12 @@ mod tests {
             for (name, finding) in part.findings() {
                 // Steps of methods that evaluate forces at different times cannot be compared.
                 let kind = REGISTRY.iter().find(|kind| kind.schema.tag == part.force).unwrap();
-                let by_time = kind.schema.depends_on().time && name != "force";
-                let expected = if by_time { Verdict::NotOffered } else { Verdict::Correct };
+                let is_value = scenes::Steps::of(&kind.schema) == scenes::Steps::None;
+                let expected = if is_value && name != "force" {
+                    Verdict::NotOffered
+                } else {
+                    Verdict::Correct
+                };
                 assert_eq!(
                     finding.verdict, expected,
                     "{} {} {} {:?}: {finding:?}",

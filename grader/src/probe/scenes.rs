@@ -87,7 +87,7 @@ impl Elements {
                 continue;
             }
             *value = parameter.samples[place];
-            let is_scale = schema.parts.iter().any(is_of);
+            let is_scale = is_of(&schema.parts[0]);
             if is_scale && schema.masses == Masses::Product {
                 *value /= masses.iter().product::<f64>();
             }
@@ -122,13 +122,16 @@ pub(super) enum Steps {
     Chain,
     /// Together with a chain of springs, because the force alone is weak or moves the particles along one line.
     BesideSprings,
-    /// Not at all: the force depends on the time, and an implicit step evaluates it at another time.
+    /// Not at all: the force depends on the time, and an implicit step evaluates it at another time; or its Jacobians depend on
+    /// masses, by which steps measure them.
     None,
 }
 
 impl Steps {
-    fn of(schema: &ForceSchema) -> Self {
-        if schema.depends_on().time {
+    pub(super) fn of(schema: &ForceSchema) -> Self {
+        let depends_on = schema.depends_on();
+        let is_by_mass = schema.masses == Masses::Own && depends_on.has_jacobian();
+        if depends_on.time || is_by_mass {
             Self::None
         } else if schema.stencil.size() != 2 || schema.masses == Masses::Product {
             Self::BesideSprings

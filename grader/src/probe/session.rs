@@ -420,7 +420,7 @@ impl<'a> Session<'a> {
     /// The steps that measure a part, and the steps without it.
     fn steps_of(&mut self, part: &Part) -> Result<(Stepped, Option<Stepped>), Box<Finding>> {
         if part.steps == scenes::Steps::None {
-            let reason = "the force depends on the time: only its value is judged";
+            let reason = "the force depends on the time or its Jacobians on masses: only its value is judged";
             return Err(Box::new(Finding::only(Verdict::NotOffered, reason)));
         }
         if self.offer.implicit.is_none() {
@@ -437,7 +437,8 @@ impl<'a> Session<'a> {
         for companion in companions {
             if self.moves(companion) {
                 let full = Stepped::new(&[companion, part.full]);
-                return Ok((full, Some(Stepped::new(&[companion]))));
+                let without: Vec<Elements> = [companion].into_iter().chain(part.without).collect();
+                return Ok((full, Some(Stepped::new(&without))));
             }
         }
         if part.full == second_companion() {

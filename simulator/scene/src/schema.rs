@@ -327,7 +327,7 @@ impl Stencil {
 }
 
 /// A parameter of a force.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterSchema {
     /// The attribute.
     pub name: &'static str,

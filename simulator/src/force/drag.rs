@@ -1,10 +1,11 @@
-//! Linear drag: every particle is slowed in proportion to its velocity, whatever its mass.
+//! Linear drag: every particle is slowed in proportion to its velocity, whatever its mass, or in proportion to its mass,
+//! which is the part of Rayleigh's damping `α M + β K` that needs no elastic body.
 //!
 //! ```text
-//! F_i = −b v_i       ∂F/∂x = 0       ∂F_i/∂v_i = −b I
+//! F_i = −c_i v_i       ∂F/∂x = 0       ∂F_i/∂v_i = −c_i I       c_i = b or α m_i
 //! ```
 //!
-//! It has no energy, but a dissipation function `R = b/2 Σ |v_i|²`. Source: hand-out of milestone 2, section 3.3; of milestone 3, section 8.6. Several
+//! It has no energy, but a dissipation function `R = ½ Σ c_i |v_i|²`. Source: hand-out of milestone 2, section 3.3; of milestone 3, section 8.6. Several
 //! elements add up.
 
 use std::ops::Range;
@@ -45,15 +46,49 @@ pub(super) static KIND: ForceKind = ForceKind {
     build_3d: build::<3>,
 };
 
+pub(super) static BY_MASS: ForceKind = ForceKind {
+    schema: ForceSchema {
+        tag: "massdamping",
+        title: "damping in proportion to mass",
+        formula: "`−alpha m v` on every particle",
+        derivatives: Derivatives {
+            by_position: "0",
+            by_velocity: "of each particle by itself: `∂F_i/∂v_i = −alpha m_i I`",
+            energy: r"dissipation `alpha/2 Σ m_i \|v_i\|²`",
+        },
+        least_dimension: Dimension::Two,
+        stencil: Stencil::EveryParticle,
+        parameters: &[ParameterSchema::new(
+            "alpha",
+            "damping per mass, per second",
+            (0.1, 10.0),
+            [0.75, 0.5, 1.25],
+        )
+        .non_negative()],
+        parts: &[PartSchema::whole(&["alpha"], &[], Dependence::VELOCITY, Potential::Dissipation)],
+        masses: Masses::Own,
+        initial: Initial::None,
+        ignored: &[],
+        conserves: Conserves::Nothing,
+        example: r#"<massdamping alpha="0.5"/>"#,
+    },
+    build_2d: build_by_mass::<2>,
+    build_3d: build_by_mass::<3>,
+};
+
 fn build<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
     let damping = elements.iter().map(|(_, element)| element.parameter("b")).sum();
-    let n_particles = scene.particles.len();
-    Box::new(Drag { damping, n_particles })
+    Box::new(Drag { damping: vec![damping; scene.particles.len()] })
+}
+
+fn build_by_mass<const D: usize>(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<D>> {
+    let alpha: f64 = elements.iter().map(|(_, element)| element.parameter("alpha")).sum();
+    Box::new(Drag { damping: scene.particles.iter().map(|each| alpha * each.mass).collect() })
 }
 
 struct Drag {
-    damping: f64,
-    n_particles: usize,
+    /// `c`, by particle.
+    damping: Vec<f64>,
 }
 
 impl<const D: usize> Force<D> for Drag {
@@ -62,8 +97,9 @@ impl<const D: usize> Force<D> for Drag {
     }
 
     fn dissipation(&self, state: State<'_>) -> f64 {
-        let squared = state.velocities.iter().map(|component| component * component);
-        0.5 * self.damping * squared.sum::<f64>()
+        let velocities = state.velocities.chunks_exact(D);
+        let squared = |v: &[f64]| v.iter().map(|component| component * component).sum::<f64>();
+        0.5 * self.damping.iter().zip(velocities).map(|(c, v)| c * squared(v)).sum::<f64>()
     }
 
     fn add_force(
@@ -73,7 +109,8 @@ impl<const D: usize> Force<D> for Drag {
         force: &mut [f64],
     ) -> Result<(), Degenerate> {
         for (place, particle) in particles.enumerate() {
-            add_to(force, place, &(vector_of::<D>(state.velocities, particle) * -self.damping));
+            let damping = -self.damping[particle];
+            add_to(force, place, &(vector_of::<D>(state.velocities, particle) * damping));
         }
         Ok(())
     }
@@ -83,8 +120,8 @@ impl<const D: usize> Force<D> for Drag {
         _state: State<'_>,
         sink: &mut dyn JacobianSink<D>,
     ) -> Result<(), Degenerate> {
-        let by_velocity = Block::identity() * -self.damping;
-        for particle in 0..self.n_particles {
+        for (particle, damping) in self.damping.iter().enumerate() {
+            let by_velocity = Block::identity() * -damping;
             sink.add(ElementJacobians::single(&particle, None, &Block::zeros(), &by_velocity));
         }
         Ok(())
@@ -95,6 +132,6 @@ impl<const D: usize> Force<D> for Drag {
     }
 
     fn couplings(&self, visit: &mut dyn FnMut(Coupling)) {
-        (0..self.n_particles).map(Coupling::Diagonal).for_each(visit);
+        (0..self.damping.len()).map(Coupling::Diagonal).for_each(visit);
     }
 }

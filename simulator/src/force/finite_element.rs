@@ -32,8 +32,20 @@
 //! Venant and Kirchhoff does not tell a rotation from a reflection. The corotated one has a kink at multiples of
 //! reflections, `s = 0`. In space, there is no inside; `J ≥ 0` has a kink at flat triangles, where both have no force.
 //!
+//! Rayleigh's damping `β` adds a viscous stress to each material,
+//!
+//! ```text
+//! S' = β (2μ ε' + λ tr ε' I)    ε' = ½ (F'ᵀF + FᵀF')    P' = F S'    R = β Ā (μ ‖ε'‖² + λ/2 (tr ε')²)
+//! ∂P'[dF] = dF S' + F dS'[½ (F'ᵀdF + dFᵀF')]            ∂P'[dF'] = F dS'[½ (dF'ᵀF + FᵀdF')]
+//! ```
+//!
+//! with `F'` the rate of `F`. At rest, where all materials have the same stiffness matrix `K`, the force is `−β K v`. Elsewhere
+//! it is not the tangent stiffness that damps: `K(x)` has negative eigenvalues under pressure, which would feed energy, and
+//! under stress it does not vanish for a rotation, which would have a torque. The rate of Green's strain has neither fault.
+//!
 //! Sources: Sifakis and Barbič, FEM simulation of 3D deformable solids (2012), sections 3.3 and 3.4; Smith, de Goes and
-//! Kim, Stable neo-Hookean flesh simulation (2018), section 3.
+//! Kim, Stable neo-Hookean flesh simulation (2018), section 3. Damping by the stiffness at rest and the rate of the strain is
+//! that of the beams and shells of Project Chrono.
 
 pub(super) mod solid;
 
@@ -109,13 +121,73 @@ struct Shape {
 const TRIANGLE: Shape = Shape {
     least_dimension: Dimension::Two,
     corners: CORNERS,
-    parameters: PARAMETERS,
-    parts: &[part(SHAPE)],
+    parameters: &damped::<12>(PARAMETERS),
+    parts: &[elastic(&"youngsmodulus", SHAPE), damping(&names::<11>(PARAMETERS))],
 };
 
-/// The part of an element whose force is shaped by these parameters.
-const fn part(shaped_by: &'static [&'static str]) -> PartSchema {
-    PartSchema::whole(&["youngsmodulus"], shaped_by, Dependence::POSITION, Potential::Energy)
+/// The coefficient of Rayleigh's damping.
+pub(super) const BETA: ParameterSchema = ParameterSchema::new(
+    "beta",
+    "damping per stiffness, in seconds",
+    (0.05, 0.5),
+    [0.25, 0.375, 0.3125],
+)
+.non_negative()
+.default_to(0.0);
+
+/// These parameters, and [`BETA`].
+const fn damped<const N: usize>(parameters: &[ParameterSchema]) -> [ParameterSchema; N] {
+    assert!(N == parameters.len() + 1);
+    let mut all = [BETA; N];
+    let mut place = 0;
+    while place < parameters.len() {
+        all[place] = parameters[place];
+        place += 1;
+    }
+    all
+}
+
+/// Their names.
+const fn names<const N: usize>(parameters: &[ParameterSchema]) -> [&'static str; N] {
+    assert!(N == parameters.len());
+    let mut all = [""; N];
+    let mut place = 0;
+    while place < N {
+        all[place] = parameters[place].name;
+        place += 1;
+    }
+    all
+}
+
+/// The elastic part of a damped element.
+pub(super) const fn elastic(
+    scaled_by: &'static &'static str,
+    shaped_by: &'static [&'static str],
+) -> PartSchema {
+    PartSchema {
+        name: "elastic",
+        title: "elastic force",
+        meaning: "elements without damping",
+        scaled_by: std::slice::from_ref(scaled_by),
+        shaped_by,
+        stands_alone: true,
+        depends_on: Dependence::POSITION,
+        derives_from: Potential::Energy,
+    }
+}
+
+/// The damping of an element, which is shaped by parameters of its elastic part.
+pub(super) const fn damping(shaped_by: &'static [&'static str]) -> PartSchema {
+    PartSchema {
+        name: "damping",
+        title: "damping",
+        meaning: "contribution of beta to elements",
+        scaled_by: &["beta"],
+        shaped_by,
+        stands_alone: false,
+        depends_on: Dependence::STATE,
+        derives_from: Potential::Neither,
+    }
 }
 
 /// What differs between the materials' entries.
@@ -135,7 +207,7 @@ const fn schema(shape: Shape, of: Described) -> ForceSchema {
         formula: of.formula,
         derivatives: Derivatives {
             by_position: of.by_position,
-            by_velocity: "0",
+            by_velocity: "`−∂²R/∂v²`, 0 without `beta`",
             energy: of.energy,
         },
         least_dimension: shape.least_dimension,
@@ -167,6 +239,13 @@ struct Lame {
     lambda: f64,
 }
 
+impl Lame {
+    /// `2μ ε + λ tr ε I`, which is linear in `ε`.
+    fn stress<const N: usize>(self, strain: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+        strain * (2.0 * self.mu) + SMatrix::identity() * (self.lambda * strain.trace())
+    }
+}
+
 /// A material at one `F`.
 trait Material<const D: usize, const N: usize>: Sized + Send + Sync {
     /// `None` where the force is not defined.
@@ -188,6 +267,8 @@ struct Element<M, const N: usize> {
     volume: f64,
     /// `B`.
     inverse: SMatrix<f64, N, N>,
+    /// `β`.
+    damping: f64,
     material: PhantomData<fn() -> M>,
 }
 
@@ -197,20 +278,30 @@ impl<M> Element<M, 2> {
         let (modulus, nu) = (element.parameter("youngsmodulus"), element.parameter("poissonratio"));
         let lame =
             Lame { mu: modulus / (2.0 * (1.0 + nu)), lambda: modulus * nu / (1.0 - nu * nu) };
-        Self::new(lame, volume, inverse)
+        Self { lame, volume, inverse, damping: element.parameter("beta"), material: PhantomData }
     }
 }
 
 impl<M, const N: usize> Element<M, N> {
-    fn new(lame: Lame, volume: f64, inverse: SMatrix<f64, N, N>) -> Self {
-        Self { lame, volume, inverse, material: PhantomData }
+    fn gradient<const D: usize>(&self, of: &[Vector<D>; N]) -> Gradient<D, N> {
+        Gradient::from_columns(of) * self.inverse
     }
 
     fn material<const D: usize>(&self, at: &Local<N, D>) -> Option<M>
     where
         M: Material<D, N>,
     {
-        M::at(self.lame, Gradient::from_columns(&at.d) * self.inverse)
+        M::at(self.lame, self.gradient(&at.d))
+    }
+
+    /// Its viscosity; `None` without damping.
+    fn viscosity<const D: usize>(&self, at: &Local<N, D>) -> Option<Viscosity<D, N>> {
+        (self.damping > 0.0).then(|| {
+            let lame =
+                Lame { mu: self.damping * self.lame.mu, lambda: self.damping * self.lame.lambda };
+            let [f, rate] = [&at.d, &at.w].map(|of| self.gradient(of));
+            Viscosity { lame, f, rate, stress: lame.stress(&symmetric(f.transpose() * rate)) }
+        })
     }
 
     /// The forces of a stress on the corners.
@@ -228,17 +319,29 @@ impl<M: Material<D, N>, const N: usize, const D: usize> StencilLaw<N, D> for Ele
     }
 
     fn forces(&self, at: &Local<N, D>) -> Option<[Vector<D>; N]> {
-        Some(self.forces_of(self.material(at)?.stress()))
+        let mut stress = self.material(at)?.stress();
+        if let Some(viscosity) = self.viscosity(at) {
+            stress += viscosity.f * viscosity.stress;
+        }
+        Some(self.forces_of(stress))
     }
 
     fn jacobians(&self, at: &Local<N, D>) -> Option<LocalJacobians<N, D>> {
-        let material = self.material(at)?;
+        let (material, viscosity) = (self.material(at)?, self.viscosity(at));
         let mut jacobians = LocalJacobians::<N, D>::zeros();
         for b in 0..N {
             for axis in 0..D {
                 let mut df = Gradient::<D, N>::zeros();
                 df.set_row(axis, &self.inverse.row(b));
-                for (a, force) in self.forces_of(material.change(&df)).iter().enumerate() {
+                let mut change = material.change(&df);
+                if let Some(viscosity) = &viscosity {
+                    change += viscosity.change(&df);
+                    let forces = self.forces_of(viscosity.change_by_rate(&df));
+                    for (a, force) in forces.iter().enumerate() {
+                        jacobians.by_velocity[a][b].set_column(axis, force);
+                    }
+                }
+                for (a, force) in self.forces_of(change).iter().enumerate() {
                     jacobians.by_position[a][b].set_column(axis, force);
                 }
             }
@@ -247,19 +350,40 @@ impl<M: Material<D, N>, const N: usize, const D: usize> StencilLaw<N, D> for Ele
     }
 }
 
+/// The viscous stress at one `F` and `F'`.
+struct Viscosity<const D: usize, const N: usize> {
+    /// Lamé's parameters times `β`.
+    lame: Lame,
+    f: Gradient<D, N>,
+    /// `F'`.
+    rate: Gradient<D, N>,
+    /// `S'`.
+    stress: SMatrix<f64, N, N>,
+}
+
+impl<const D: usize, const N: usize> Viscosity<D, N> {
+    /// `∂P'[dF]`.
+    fn change(&self, df: &Gradient<D, N>) -> Gradient<D, N> {
+        let strain = symmetric(self.rate.transpose() * df);
+        df * self.stress + self.f * self.lame.stress(&strain)
+    }
+
+    /// `∂P'[dF']`.
+    fn change_by_rate(&self, df: &Gradient<D, N>) -> Gradient<D, N> {
+        self.f * self.lame.stress(&symmetric(self.f.transpose() * df))
+    }
+}
+
+fn symmetric<const N: usize>(matrix: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    let half = matrix * 0.5;
+    half + half.transpose()
+}
+
 struct StVenantKirchhoff<const D: usize, const N: usize> {
     lame: Lame,
     f: Gradient<D, N>,
     /// `ε`.
     strain: SMatrix<f64, N, N>,
-}
-
-impl<const D: usize, const N: usize> StVenantKirchhoff<D, N> {
-    /// `2μ ε + λ tr ε I`, which is linear in `ε`.
-    fn second_stress(&self, strain: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-        let Lame { mu, lambda } = self.lame;
-        strain * (2.0 * mu) + SMatrix::identity() * (lambda * strain.trace())
-    }
 }
 
 impl<const D: usize, const N: usize> Material<D, N> for StVenantKirchhoff<D, N> {
@@ -274,13 +398,12 @@ impl<const D: usize, const N: usize> Material<D, N> for StVenantKirchhoff<D, N> 
     }
 
     fn stress(&self) -> Gradient<D, N> {
-        self.f * self.second_stress(&self.strain)
+        self.f * self.lame.stress(&self.strain)
     }
 
     fn change(&self, df: &Gradient<D, N>) -> Gradient<D, N> {
-        let half = self.f.transpose() * df * 0.5;
-        let change = self.second_stress(&(half + half.transpose()));
-        df * self.second_stress(&self.strain) + self.f * change
+        let change = self.lame.stress(&symmetric(self.f.transpose() * df));
+        df * self.lame.stress(&self.strain) + self.f * change
     }
 }
 

@@ -17,6 +17,9 @@
 //! ∂²U = c (∂θ ∂θᵀ + (θ − θ0) ∂²θ)
 //! ```
 //!
+//! Rayleigh's damping adds `β θ'` to `θ − θ0` in the force, with the rate `θ' = ∂θ·v`: at rest it is `−β K v`, with `K` the
+//! stiffness matrix, and no rotation feels it.
+//!
 //! `θ − θ0` is not wrapped to a turn. Where the triangles are folded onto each other, `θ` jumps by a turn, and with it the
 //! force: at the fold itself, `θ` is π if `−n_a·b` is 0, and −π if it is −0, as in C. A triangle without an area has no normal,
 //! and the force no value.
@@ -24,11 +27,11 @@
 //! Source: Grinspun, Hirani, Desbrun and Schröder, Discrete shells (2003), section 4.1 for the energy; Tamstorf and
 //! Grinspun, Discrete bending forces and their Jacobians (2013), for the derivatives.
 
+use super::finite_element::{BETA, damping, elastic};
 use super::stencil::{Local, LocalJacobians, StencilForce, StencilLaw};
 use super::{Block, Force, ForceKind, Numbered, Vector, in_space_only};
 use scene::schema::{
-    Conserves, Dependence, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, PartSchema,
-    Potential, Stencil,
+    Conserves, Derivatives, ForceSchema, Initial, Masses, ParameterSchema, Stencil,
 };
 use scene::{Dimension, Scene};
 
@@ -39,7 +42,7 @@ pub(super) static KIND: ForceKind = ForceKind {
         formula: "`−c (θ − θ0) ∂θ/∂x`, `c = 6 k \\|ē\\|²/Ā` of the initial positions; with `e = x_i2 − x_i1`, `a = x_i3 − x_i1`, `b = x_i4 − x_i1`, `n_a = e × a`, `n_b = b × e`: `θ = atan2(−\\|e\\| n_a·b, n_a·n_b)`",
         derivatives: Derivatives {
             by_position: "`−c (∂θ ∂θᵀ + (θ − θ0) ∂²θ)`; `∂θ/∂a = −\\|e\\| n_a/\\|n_a\\|²`, `∂θ/∂b = −\\|e\\| n_b/\\|n_b\\|²`, `∂θ/∂e = −(a·e ∂θ/∂a + b·e ∂θ/∂b)/\\|e\\|²`",
-            by_velocity: "0",
+            by_velocity: "`−c β ∂θ ∂θᵀ`, 0 without `beta`",
             energy: "`U = c/2 (θ − θ0)²`",
         },
         least_dimension: Dimension::Three,
@@ -53,13 +56,9 @@ pub(super) static KIND: ForceKind = ForceKind {
             )
             .non_negative(),
             ParameterSchema::new("theta0", "angle at rest", (-1.5, 1.5), [0.375, -0.625, 0.5]),
+            BETA,
         ],
-        parts: &[PartSchema::whole(
-            &["stiffness"],
-            &["theta0"],
-            Dependence::POSITION,
-            Potential::Energy,
-        )],
+        parts: &[elastic(&"stiffness", &["theta0"]), damping(&["stiffness"])],
         masses: Masses::None,
         initial: Initial::Hinge,
         ignored: &[],
@@ -74,6 +73,7 @@ fn build(scene: &Scene, elements: &[Numbered<'_>]) -> Box<dyn Force<3>> {
     Box::new(StencilForce::new(scene, elements, |element| Hinge {
         stiffness: 2.0 * element.parameter("stiffness") * element.hinge_weight(&scene.particles),
         rest_angle: element.parameter("theta0"),
+        damping: element.parameter("beta"),
     }))
 }
 
@@ -81,6 +81,16 @@ struct Hinge {
     /// `c`.
     stiffness: f64,
     rest_angle: f64,
+    /// `β`.
+    damping: f64,
+}
+
+impl Hinge {
+    /// `θ' = ∂θ·v`; `None` without damping.
+    fn rate(&self, of: &Dihedral, at: &Local<3, 3>) -> Option<f64> {
+        let along = || of.gradient.iter().zip(&at.w).map(|(gradient, w)| gradient.dot(w)).sum();
+        (self.damping > 0.0).then(along)
+    }
 }
 
 /// The angle, and its derivatives by `e`, `a` and `b`.
@@ -167,18 +177,36 @@ impl StencilLaw<3, 3> for Hinge {
     }
 
     fn forces(&self, at: &Local<3, 3>) -> Option<[Vector<3>; 3]> {
-        let Dihedral { angle, gradient, .. } = Dihedral::new(at)?;
-        let moment = -self.stiffness * (angle - self.rest_angle);
-        Some(gradient.map(|gradient| gradient * moment))
+        let dihedral = Dihedral::new(at)?;
+        let mut change = dihedral.angle - self.rest_angle;
+        if let Some(rate) = self.rate(&dihedral, at) {
+            change += self.damping * rate;
+        }
+        Some(dihedral.gradient.map(|gradient| gradient * (-self.stiffness * change)))
     }
 
     fn jacobians(&self, at: &Local<3, 3>) -> Option<LocalJacobians<3, 3>> {
         let dihedral = Dihedral::new(at)?;
-        let (change, hessian) = (dihedral.angle - self.rest_angle, dihedral.hessian());
+        let (gradient, hessian) = (dihedral.gradient, dihedral.hessian());
+        let mut change = dihedral.angle - self.rest_angle;
+        // `∂(θ + β θ')/∂x`.
+        let mut by_position = gradient;
+        let rate = self.rate(&dihedral, at);
+        if let Some(rate) = rate {
+            change += self.damping * rate;
+            for (slope, row) in by_position.iter_mut().zip(&hessian) {
+                let turn: Vector<3> = row.iter().zip(&at.w).map(|(block, w)| block * w).sum();
+                *slope += turn * self.damping;
+            }
+        }
         let mut jacobians = LocalJacobians::zeros();
         for (a, b) in (0..3).flat_map(|a| (0..3).map(move |b| (a, b))) {
-            let outer = dihedral.gradient[a] * dihedral.gradient[b].transpose();
+            let outer = gradient[a] * by_position[b].transpose();
             jacobians.by_position[a][b] = (outer + hessian[a][b] * change) * -self.stiffness;
+            if rate.is_some() {
+                let outer = gradient[a] * gradient[b].transpose();
+                jacobians.by_velocity[a][b] = outer * (-self.stiffness * self.damping);
+            }
         }
         Some(jacobians)
     }

@@ -80,6 +80,7 @@ pub static REGISTRY: &[&ForceKind] = &[
     &finite_element::solid::COROTATED,
     &finite_element::solid::NEO_HOOKEAN,
     &hinge_bending::KIND,
+    &drag::BY_MASS,
 ];
 
 /// A force as the registry knows it: how a scene mentions it, and how it is built.

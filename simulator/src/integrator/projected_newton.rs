@@ -6,7 +6,7 @@
 //! E(x) = ½ ‖x − x̃‖²_M + h² P(x) + h³ R((x − xⁿ)/h)        x̃ = xⁿ + h vⁿ
 //! ```
 //!
-//! with `P` the potential energy and `R` Rayleigh's dissipation function (linear drag). Where its gradient
+//! with `P` the potential energy and `R` Rayleigh's dissipation function (linear drag, damping by mass). Where its gradient
 //! is zero, implicit Euler's equation holds; unlike root finding, minimisation can make every step descend:
 //!
 //! ```text
@@ -52,7 +52,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
         name: "projected-newton",
         aliases: &[],
         summary: "implicit Euler by minimising an energy, with line search",
-        formula: "implicit Euler as the minimiser of `E(x) = ½ ‖x − q − h v‖²_M + h² U(x) + h³ R((x − q)/h)`, with `R` the dissipation of linear drag: `x ← x + α p` from `q` with `p = −H⁻¹ ∇E`, each spring's Hessian projected, `α` halved until `E` does not grow, at least `min_iterations` times and until `‖p‖/h` is at most the tolerance, in the norm of the option `norm`; the last `p` is not applied; `q' = x`, `v' = (x − q)/h`",
+        formula: "implicit Euler as the minimiser of `E(x) = ½ ‖x − q − h v‖²_M + h² U(x) + h³ R((x − q)/h)`, with `R` the dissipation function of linear drag and of damping by mass: `x ← x + α p` from `q` with `p = −H⁻¹ ∇E`, each spring's Hessian projected, `α` halved until `E` does not grow, at least `min_iterations` times and until `‖p‖/h` is at most the tolerance, in the norm of the option `norm`; the last `p` is not applied; `q' = x`, `v' = (x − q)/h`",
         equation: StepEquation::ImplicitEuler,
         family: Family::Minimization,
         matrix: Matrix::Jacobians,

@@ -3,6 +3,7 @@
 //! `cargo test --release -p simulator --test it physics` runs one of them.
 
 mod assignment;
+mod damping;
 mod doubtful;
 mod elastic;
 mod fast_mass_spring;

@@ -1,4 +1,4 @@
-//! Convergence in the mesh: errors of rods, sheets and plates against closed forms, their orders, and the table and the picture of
+//! Convergence in the mesh: errors of rods, sheets, cubes and plates against closed forms, their orders, and the table and the picture of
 //! `docs/methods.md`. `UPDATE_DOCS=1 cargo test --release -p simulator --test it mesh` rewrites both.
 //!
 //! ```text
@@ -14,6 +14,14 @@
 //! shear (D²/4 − y²) P/(2I) at x = L
 //!                       u_x = −P y/(6 E I) ((6L − 3x) x + (2 + ν) (y² − D²/4))
 //!                       u_y = P/(6 E I) (3ν y² (L − x) + (4 + 5ν) D² x/4 + (3L − x) x²)
+//! ```
+//!
+//! A cube whose faces are displaced by the gradient of a harmonic function: it has neither divergence nor Laplacian, so no load
+//! and no Poisson's ratio is in its equation. A mesh that is its own reflection through each particle meets polynomials up to the
+//! third degree at its particles, whatever its cells: the displacement must not be one.
+//!
+//! ```text
+//! φ = cos(p x) cos(q y) cosh(r z),  r² = p² + q²        u = a ∇φ
 //! ```
 //!
 //! A simply supported plate, an equilateral
@@ -33,7 +41,7 @@ use std::fs;
 use std::path::Path;
 
 use scene::{Dimension, ForceElement, Particle, Scene};
-use simulator::generate::{Generator, Material, PinnedEdge, Sheet, Timeline};
+use simulator::generate::{Block, Generator, Material, PinnedEdge, Sheet, Solid, Timeline};
 use simulator::vocabulary;
 
 use crate::elastic::{MATERIALS, end, particle, resting, sheet};
@@ -214,7 +222,7 @@ fn element(scene: &mut Scene, tag: &str, particles: &[usize], given: &[(&str, f6
     scene.forces.push(ForceElement::new(schema, particles, None, schema.values(given)));
 }
 
-/// The error on a mesh of `n` cells along the length, relative to the displacement: root mean squares over the particles.
+/// The error on a mesh of `n` cells along the length, relative to the displacement: root mean squares over the free particles.
 fn error_of_a_sheet(problem: &Problem, (tag, share): (&str, f64), n: usize) -> f64 {
     let vocabulary = vocabulary();
     let cells = [n, n / 4];
@@ -256,16 +264,58 @@ fn to_rest() -> Timeline {
     }
 }
 
-/// The error of the displacements of the first particles, those of fixed particles given.
+/// The error of the displacements of the first particles, those of fixed particles given: these have none, and do not count.
 fn error_at_rest<const D: usize>(expected: &[[f64; D]], mut scene: Scene) -> f64 {
     let start = scene.positions();
     for (particle, by) in scene.particles.iter_mut().zip(expected).filter(|(p, _)| p.fixed) {
         (0..D).for_each(|axis| particle.position[axis] += by[axis]);
     }
-    let moved = end(&scene).into_iter().zip(start).map(|(now, start)| now - start);
-    let expected = expected.as_flattened();
-    let squared_error: f64 = moved.zip(expected).map(|(moved, is)| (moved - is).powi(2)).sum();
-    (squared_error / expected.iter().map(|is| is * is).sum::<f64>()).sqrt()
+    let end = end(&scene);
+    let moved = end.iter().zip(start).map(|(now, start)| now - start);
+    let is_free = |place: &usize| !scene.particles[place / D].fixed;
+    let values = moved.zip(expected.as_flattened()).enumerate();
+    let [mut error, mut size] = [0.0, 0.0];
+    for (_, (moved, is)) in values.filter(|(place, _)| is_free(place)) {
+        error += (moved - is).powi(2);
+        size += is * is;
+    }
+    (error / size).sqrt()
+}
+
+/// The error of a cube of `n` cells along each side.
+fn error_of_a_cube(tag: &str, n: usize) -> f64 {
+    let side = n as u64;
+    let block = Block {
+        nx: side,
+        ny: side,
+        nz: side,
+        length: 1.0,
+        height: 1.0,
+        depth: 1.0,
+        pinned: PinnedEdge::Left,
+        stretch: 1.0,
+        gravity: 0.0,
+        solid: Solid {
+            force: vocabulary().force(tag).unwrap(),
+            youngs_modulus: YOUNG,
+            poisson_ratio: NU,
+            density: 1.0,
+        },
+        timeline: to_rest(),
+    };
+    let mut scene = block.scene().unwrap();
+    for particle in &mut scene.particles {
+        let [x, y, z] = particle.position;
+        particle.fixed = [x - 0.5, y, z].iter().any(|place| place.abs() > 0.5 - 1e-9);
+    }
+    let (p, q, r) = (2.0, 1.5, 2.5);
+    let expected = scene.particles.iter().map(|particle| {
+        let [x, y, z] = particle.position;
+        let ((sx, cx), (sy, cy)) = ((p * x).sin_cos(), (q * y).sin_cos());
+        let (sz, cz) = ((r * z).sinh(), (r * z).cosh());
+        [-p * sx * cy * cz, -q * cx * sy * cz, r * cx * cy * sz].map(|slope| LOAD * slope)
+    });
+    error_at_rest(&expected.collect::<Vec<_>>(), scene)
 }
 
 /// The error of a simply supported plate, an equilateral triangle of side 1, with `n` triangles along each side.
@@ -358,9 +408,23 @@ fn cantilever(material: (&str, f64)) -> Curve {
     Curve::new(names, &[16, 32, 64, 128], |n| error_of_a_sheet(&SHEAR, material, n))
 }
 
+fn cube(tag: &str) -> Curve {
+    let names = ("cube of tetrahedra, displaced at its faces, ν = 0.3", "#8a6d00");
+    Curve::new(names, &[4, 8, 16], |n| error_of_a_cube(tag, n))
+}
+
 fn plate() -> Curve {
     let names = ("plate of hinges, simply supported, against Kirchhoff", "#b3005e");
     Curve::new(names, &[6, 12, 24, 48], error_of_a_plate)
+}
+
+#[test]
+fn a_cube_of_tetrahedra_converges_to_the_closed_form() {
+    cube("stvktetrahedron").assert_order(2.0, 0.2, 1e-2);
+    // Small strains are linear.
+    let errors = ["stvktetrahedron", "corotatedtetrahedron", "neohookeantetrahedron"]
+        .map(|tag| error_of_a_cube(tag, 4));
+    assert!(errors.iter().all(|error| (error / errors[0] - 1.0).abs() < 1e-5), "{errors:?}");
 }
 
 #[test]
@@ -405,6 +469,7 @@ fn table_and_picture_of_convergence_match_the_code() {
         hanging_sheet(material.0, YOUNG),
         stretched_sheet(material),
         cantilever(material),
+        cube("stvktetrahedron"),
         plate(),
     ];
     let titles = curves.iter().map(|curve| curve.title).collect::<Vec<_>>().join(" | ");

@@ -1,7 +1,7 @@
 //! Elements with a shape at rest, read wrongly or weighted by other sizes.
 //!
 //! ```text
-//! reading   other undeformed corners; the particles in another order than these; Lamé's μ and λ by other formulas
+//! reading   other undeformed corners; the particles in another order than these; Lamé's μ and λ by other formulas; damping
 //! weight    a factor c q^a of an element, q its size at rest, or that of the state divided by it
 //! ```
 //!
@@ -25,7 +25,16 @@ pub enum Misread {
     Reversed,
     /// Its Lamé parameters have other formulas.
     Lame(Lame),
+    /// Its damping is so many halves of what it is.
+    Damped(i32),
 }
+
+/// Halves of damping, in words.
+const DAMPED: [(i32, &str); 3] = [
+    (-2, "has the damping by beta with the wrong sign"),
+    (4, "has twice the damping by beta"),
+    (1, "has half of the damping by beta"),
+];
 
 /// Formulas of Lamé's parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,6 +109,9 @@ impl Misread {
             all.push((Self::Exchanged([i, j]), words));
         }
         all.push((Self::Reversed, "has its particles in reverse order".to_owned()));
+        if schema.has_parameter("beta") {
+            all.extend(DAMPED.map(|(halves, words)| (Self::Damped(halves), words.to_owned())));
+        }
         if schema.is_element() {
             let words = "takes the initial positions for the undeformed corners";
             all.push((Self::Initial, words.to_owned()));
@@ -123,6 +135,10 @@ impl Misread {
                 let read = lame.of(values[0], values[1], is_solid(element.schema));
                 *element.parameter_mut(modulus) = read[0];
                 *element.parameter_mut(nu) = read[1];
+                return;
+            }
+            Self::Damped(halves) => {
+                *element.parameter_mut("beta") *= 0.5 * f64::from(halves);
                 return;
             }
             Self::Initial => element.particles.iter().map(|one| particles[*one].position).collect(),

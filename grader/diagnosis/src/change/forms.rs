@@ -92,6 +92,16 @@ fn formulas(tag: &str, part: &str, schema: &ForceSchema) -> Option<Forms> {
             by_position: none(),
             by_velocity: vec![times([number(-1.0), p("b"), I])],
         },
+        ("massdamping", _) => Forms {
+            force: vec![times([
+                number(-1.0),
+                p("alpha"),
+                mass(0),
+                Expression::Leaf(Leaf::Velocity(0)),
+            ])],
+            by_position: none(),
+            by_velocity: vec![times([number(-1.0), p("alpha"), mass(0), I])],
+        },
         ("springforce", "elastic") => elastic(&[p("k")], &p("l0")),
         ("elasticbodyspringforce", _) => elastic(&[p("alpha"), power(p("l0"), -1)], &p("l0")),
         ("springforce", "damping") => {

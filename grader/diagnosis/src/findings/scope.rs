@@ -125,7 +125,7 @@ const OF_FIXED: [Circumstance<()>; 5] = [
     }),
     ("joined to others by forces", |scene, ()| joined(scene)),
     ("under simple gravity", |scene, ()| {
-        scene.forces.iter().any(|element| element.schema.masses == Masses::Own)
+        scene.forces.iter().any(|element| element.schema.tag == "simplegravity")
     }),
 ];
 

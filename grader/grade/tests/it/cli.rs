@@ -767,9 +767,9 @@ fn one_plot_is_drawn_per_force() {
     let drawn = run(folder.path(), &["jacobians", "--plot", "plots/all"], &[]);
     assert_eq!(drawn.code, 0, "{}", drawn.stderr);
     let plots = folder.path().join("plots/all");
-    // Four kinds of springs, gravitation, drag, the vortex, wind, bending and four of triangles, in 2D and 3D; three of
+    // Four kinds of springs, gravitation, two kinds of drag, the vortex, wind, bending and four of triangles, in 2D and 3D; three of
     // tetrahedra and the hinge in 3D.
-    assert_eq!(fs::read_dir(&plots).unwrap().count(), 30);
+    assert_eq!(fs::read_dir(&plots).unwrap().count(), 32);
     let svg = fs::read_to_string(plots.join("springforce-3d.svg")).unwrap();
     for text in ["<svg", "step t along p", "error / |J p|", "slope 1", "slope 2", "with J p: slope"]
     {

@@ -4,6 +4,7 @@
 //! simple gravity  F = m (fx, fy, fz)                                             milestone 3, section 8.2
 //! constant force  F = (fx, fy, fz)                                               the course's scene schema
 //! linear drag     F = −b v                                                       milestone 2, section 3.3
+//! mass damping    F = −α m v                                                     Rayleigh, Theory of Sound, section 102
 //! wind            F = s (3 + 3/2 (1 + cos 5φ), 1 + cos(φ + 3/10), sin φ)         the assignment's program
 //! ```
 //!
@@ -12,7 +13,7 @@
 use super::{At, Form, Law, Number, Scale, Symmetry, Vector, named};
 
 /// The laws of this file.
-pub(super) static LAWS: &[&Law] = &[&SIMPLE_GRAVITY, &CONSTANT, &DRAG, &WIND];
+pub(super) static LAWS: &[&Law] = &[&SIMPLE_GRAVITY, &CONSTANT, &DRAG, &MASS_DAMPING, &WIND];
 
 static SIMPLE_GRAVITY: Law = Law {
     tag: "simplegravity",
@@ -60,6 +61,21 @@ fn drag<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
 fn drag_scale(p: &[f64], at: &At<'_, f64>) -> Scale {
     let [b] = named(p);
     Scale { force: b * super::norm(&at.velocity), by_velocity: b, ..Scale::default() }
+}
+
+static MASS_DAMPING: Law = Law {
+    tag: "massdamping",
+    parameters: &["alpha"],
+    symmetry: Symmetry::Isotropic,
+    form: Form::Field {
+        plain: mass_damping,
+        dual: mass_damping,
+        scale: |p, at| drag_scale(&[p[0] * at.mass], at),
+    },
+};
+
+fn mass_damping<T: Number>(p: &[f64], at: &At<'_, T>) -> Vector<T> {
+    drag(&[p[0] * at.mass], at)
 }
 
 static WIND: Law = Law {

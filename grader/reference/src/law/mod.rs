@@ -273,6 +273,15 @@ impl std::ops::AddAssign for Scale {
     }
 }
 
+impl std::ops::Add for Scale {
+    type Output = Self;
+
+    fn add(mut self, other: Self) -> Self {
+        self += other;
+        self
+    }
+}
+
 /// A law with a scene's masses and elements. The scene's forces must all be of the law's kind.
 pub struct Expectation<'a> {
     /// The law.

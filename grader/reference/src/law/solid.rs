@@ -15,7 +15,9 @@
 //!
 //! Sources: Sifakis and Barbič (2012), sections 3.3 and 3.4; Smith, de Goes and Kim (2018), sections 3.3 and 3.4.
 
-use super::material::quadratic_strain_scale;
+use num_dual::Dual;
+
+use super::material::{Damping, damping_scale, quadratic_strain_scale};
 use super::stencil::{cross, forces_of};
 use super::{At, Law, Number, Scale, Symmetry, Vector, difference, dot, named};
 
@@ -37,6 +39,7 @@ const PARAMETERS: &[&str] = &[
     "xb4x",
     "xb4y",
     "xb4z",
+    "beta",
 ];
 
 static ST_VENANT_KIRCHHOFF: Law = Law::of_stencil(
@@ -165,8 +168,19 @@ impl<T: Number> Invariants<T> {
     }
 }
 
+/// The forces of an energy and of the damping, which is that of the triangles.
+fn damped<T: Number>(
+    p: &[f64],
+    at: &[At<'_, T>],
+    energy: impl Fn(&[Vector<Dual<T>>]) -> Dual<T>,
+) -> Vec<Vector<T>> {
+    let Solid { inverse, mu, lambda, volume, .. } = Solid::new(p);
+    let damping = Damping { inverse, mu, lambda, size: p[14] * volume };
+    damping.add_to(at, forces_of(at, energy))
+}
+
 fn st_venant_kirchhoff<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
-    forces_of(at, |x| st_venant_kirchhoff_energy(p, x))
+    damped(p, at, |x| st_venant_kirchhoff_energy(p, x))
 }
 
 pub(super) fn st_venant_kirchhoff_energy<T: Number>(p: &[f64], x: &[Vector<T>]) -> T {
@@ -179,7 +193,7 @@ pub(super) fn st_venant_kirchhoff_energy<T: Number>(p: &[f64], x: &[Vector<T>]) 
 }
 
 fn corotated<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
-    forces_of(at, |x| corotated_energy(p, x))
+    damped(p, at, |x| corotated_energy(p, x))
 }
 
 pub(super) fn corotated_energy<T: Number>(p: &[f64], x: &[Vector<T>]) -> T {
@@ -193,7 +207,7 @@ pub(super) fn corotated_energy<T: Number>(p: &[f64], x: &[Vector<T>]) -> T {
 }
 
 fn neo_hookean<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
-    forces_of(at, |x| neo_hookean_energy(p, x))
+    damped(p, at, |x| neo_hookean_energy(p, x))
 }
 
 pub(super) fn neo_hookean_energy<T: Number>(p: &[f64], x: &[Vector<T>]) -> T {
@@ -228,6 +242,7 @@ struct Sizes {
     trace: f64,
     /// The product of the sums of two `σ`.
     gap: f64,
+    damping: Scale,
 }
 
 fn sizes(p: &[f64], at: &[At<'_, f64>]) -> Sizes {
@@ -235,22 +250,26 @@ fn sizes(p: &[f64], at: &[At<'_, f64>]) -> Sizes {
     let positions: Vec<Vector<f64>> = at.iter().map(|at| at.position).collect();
     let invariants = solid.invariants(&positions);
     let trace = invariants.trace();
+    let stiffness = 2.0 * (solid.mu.abs() + solid.lambda.abs()) * solid.volume;
+    let weight = (0..3).map(|axis| solid.inverse[axis][axis]).sum::<f64>().sqrt();
+    let stretch = invariants.i.sqrt();
     Sizes {
-        stiffness: 2.0 * (solid.mu.abs() + solid.lambda.abs()) * solid.volume,
-        weight: (0..3).map(|axis| solid.inverse[axis][axis]).sum::<f64>().sqrt(),
-        stretch: invariants.i.sqrt(),
+        stiffness,
+        weight,
+        stretch,
+        damping: damping_scale(p[14] * stiffness, weight, stretch, at),
         trace,
         gap: invariants.quartic(trace)[1] / 8.0,
     }
 }
 
 fn st_venant_kirchhoff_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
-    let Sizes { stiffness, weight, stretch, .. } = sizes(p, at);
-    quadratic_strain_scale(stiffness, weight, stretch)
+    let Sizes { stiffness, weight, stretch, damping, .. } = sizes(p, at);
+    quadratic_strain_scale(stiffness, weight, stretch) + damping
 }
 
 fn corotated_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
-    let Sizes { stiffness, weight, stretch, trace, gap } = sizes(p, at);
+    let Sizes { stiffness, weight, stretch, trace, gap, damping } = sizes(p, at);
     // How much less well `s` is known than the invariants.
     let lost = 1.0 + trace.powi(3) / (8.0 * gap.abs());
     let size = 3.0 + stretch;
@@ -259,11 +278,11 @@ fn corotated_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
         force: stiffness * weight * size * lost,
         by_position: 4.0 * stiffness * weight * weight * (1.0 + size / trace) * lost * lost,
         by_velocity: 0.0,
-    }
+    } + damping
 }
 
 fn neo_hookean_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
-    let Sizes { stiffness, weight, stretch, .. } = sizes(p, at);
+    let Sizes { stiffness, weight, stretch, damping, .. } = sizes(p, at);
     let squared = stretch * stretch;
     let (volume, hardening) = (1.0 + squared * stretch, squared.min(1.0));
     let bulk = squared * squared + stretch * volume;
@@ -272,7 +291,7 @@ fn neo_hookean_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
         force: stiffness * weight * stretch * (hardening + stretch * volume),
         by_position: stiffness * weight * weight * (hardening + bulk),
         by_velocity: 0.0,
-    }
+    } + damping
 }
 
 /// The way to the nearest state where two `σ` add up to 0, at least.

@@ -9,6 +9,8 @@
 //!            ε = ∇Φᵀ∇Φ − I:  eᵀ ε ē' = e·e' − ē·ē' for edges e, e' and the undeformed ē, ē'
 //! ```
 //!
+//! A hinge is damped by `β θ'` beside `θ − θ0`, with `θ'` the rate of the angle.
+//!
 //! A law with an energy `U(x)` is stated by it ([`forces_of`]): dual numbers of dual numbers give its Jacobians. The triangle is
 //! stated by inner products of edges: no formula of the hand-out for the strain is repeated. With `D` the undeformed
 //! products `ē_a·ē_b` and `C` those of the state, `tr ε = tr(D⁻¹C) − 2` and `tr ε² = tr((D⁻¹C − I)²)`.
@@ -116,7 +118,7 @@ fn elastic_bending_smooth(_p: &[f64], at: &[At<'_, f64>]) -> f64 {
 
 static HINGE: Law = Law::of_stencil(
     "hingebendingforce",
-    &["stiffness", "theta0"],
+    &["stiffness", "theta0", "beta"],
     Symmetry::Isotropic,
     4,
     (hinge, hinge),
@@ -125,7 +127,19 @@ static HINGE: Law = Law::of_stencil(
 .smooth_within(hinge_smooth);
 
 fn hinge<T: Number>(p: &[f64], at: &[At<'_, T>]) -> Vec<Vector<T>> {
-    forces_of(at, |x| hinge_energy(p, at, x))
+    let [stiffness, _, beta] = named(p);
+    let mut forces = forces_of(at, |x| hinge_energy(p, at, x));
+    if beta == 0.0 {
+        return forces;
+    }
+    // Those of the energy θ.
+    let falls = forces_of(at, hinge_angle);
+    let rate: T = at.iter().zip(&falls).map(|(at, fall)| -dot(at.velocity, *fall)).sum();
+    let moment = rate * (2.0 * stiffness * per_height(at) * beta);
+    for (force, fall) in forces.iter_mut().flatten().zip(falls.iter().flatten()) {
+        *force += *fall * moment;
+    }
+    forces
 }
 
 pub(super) fn hinge_energy<A, T: Number>(p: &[f64], at: &[At<'_, A>], x: &[Vector<T>]) -> T {
@@ -161,7 +175,7 @@ fn heights(x: &[Vector<f64>]) -> [f64; 2] {
 }
 
 fn hinge_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
-    let [stiffness, theta0] = named(p);
+    let [stiffness, theta0, beta] = named(p);
     let x: Vec<Vector<f64>> = at.iter().map(|at| at.position).collect();
     let edge = norm(&difference(&x[1], &x[0]));
     let [first, second] = heights(&x);
@@ -171,12 +185,14 @@ fn hinge_scale(p: &[f64], at: &[At<'_, f64>]) -> Scale {
     let reach = 1.0 + (sides[0] + sides[1]) / edge;
     let shortest = first.min(second).min(edge);
     let (energy, angle) = (stiffness * per_height(at), theta0.abs() + PI);
-    let force = 2.0 * energy * angle * lost * reach / shortest;
+    let slope = lost * reach / shortest;
+    let rate = slope * at.iter().map(|at| norm(&at.velocity)).sum::<f64>();
+    let force = 2.0 * energy * (angle + beta * rate) * slope;
     Scale {
         energy: energy * angle * angle * lost,
         force,
-        by_position: 4.0 * force * lost * reach / shortest,
-        by_velocity: 0.0,
+        by_position: 4.0 * force * slope,
+        by_velocity: 2.0 * energy * beta * slope * slope,
     }
 }
 

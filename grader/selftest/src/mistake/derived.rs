@@ -3,18 +3,19 @@
 use diagnosis::findings::Part;
 use reference::method::{Method, Substep};
 use scene::Dimension;
-use scene::schema::{Family, ForceSchema, IntegratorSchema};
+use scene::schema::{Family, ForceSchema, IntegratorSchema, Masses};
 use simulator::{force, integrator};
 
 use super::super::student::{Deviation, OWN_FORCES, Row, Student, steps_by_itself};
 use super::{Area, Mistake, Scope, Subject};
 
-/// The forces that the student takes from the reference. It knows the plane alone.
+/// The forces that the student takes from the reference. It knows the plane alone, and no scene of Rayleigh's damping.
 fn forces() -> impl Iterator<Item = &'static ForceSchema> {
     let schemas = force::REGISTRY.iter().map(|kind| &kind.schema);
     schemas.filter(|schema| {
         let is_own = OWN_FORCES.contains(&schema.tag);
-        !is_own && schema.exists_in(Dimension::Two) && !schema.depends_on().time
+        let is_damping = schema.masses == Masses::Own;
+        !is_own && !is_damping && schema.exists_in(Dimension::Two) && !schema.depends_on().time
     })
 }
 

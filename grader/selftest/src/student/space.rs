@@ -17,7 +17,7 @@ use reference::laws::Laws;
 use scene::schema::{Family, StepEquation};
 use scene::{Dimension, ForceElement, Scene};
 
-use super::{MAX_NEWTON_ITERATIONS, Motion, Vec3, steps_by_itself};
+use super::{MAX_NEWTON_ITERATIONS, Motion, Vec3, is_damped, steps_by_itself};
 
 /// `F`, `P`, and the edges from the first corner.
 pub(crate) type Gradient<const K: usize> = SMatrix<f64, 3, K>;
@@ -92,7 +92,7 @@ pub fn knows_in_space(scene: &Scene) -> bool {
     let is_own = steps_by_itself(scene.integrator.equation);
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
     let minimises = scene.integrator.family == Family::Minimization;
-    scene.dimension == Dimension::Three && is_own && !by_time && !minimises
+    scene.dimension == Dimension::Three && is_own && !by_time && !minimises && !is_damped(scene)
 }
 
 impl Solids {

@@ -80,7 +80,7 @@ pub fn methods(scene: &Scene) -> Vec<Method> {
         if scene.forces.iter().any(|force| (integrator.refuses)(force).is_some()) {
             continue;
         }
-        let with_velocity = scene.forces.iter().any(|force| force.schema.depends_on().velocity);
+        let with_velocity = scene.forces.iter().any(|force| force.depends_on().velocity);
         let order = f64::from(if with_velocity {
             integrator.order.with_velocity
         } else {

@@ -26,7 +26,8 @@ test fails if the page is out of date.
 pub(crate) fn markdown() -> String {
     let mut text = INTRODUCTION.to_owned();
     text.push_str(
-        "\n## Forces as they are\n\nIn brackets: the uncertainty of the differences.\n\n",
+        "\n## Forces as they are\n\nIn brackets: the uncertainty of the differences, at the worst state. Where a body is in one place, its damping is smaller than their
+noise.\n\n",
     );
     let names = BlockKind::ALL.map(BlockKind::name).join(" | ");
     let _ = writeln!(

@@ -28,61 +28,47 @@
 //! Kim, Stable neo-Hookean flesh simulation (2018), sections 3.3 and 3.4; de Rijk, A one-sided Jacobi algorithm for computing the
 //! singular value decomposition (1989).
 
+use std::marker::PhantomData;
+
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Described, Element, Gradient, Lame, Material, Shape, StVenantKirchhoff, part, schema};
+use super::{
+    Described, Element, Gradient, Lame, Material, Shape, StVenantKirchhoff, damped, damping,
+    elastic, names, schema,
+};
 use crate::force::elastic_triangle::corner;
 use crate::force::stencil::StencilForce;
 use crate::force::{Force, ForceKind, Numbered, in_space_only};
 use scene::schema::ParameterSchema;
 use scene::{Dimension, ForceElement, Scene};
 
+const PARAMETERS: &[ParameterSchema] = &[
+    ParameterSchema::new("youngsmodulus", "Young's modulus", (1.0, 10.0), [0.25, 0.375, 0.3125])
+        .non_negative(),
+    ParameterSchema::new("poissonratio", "Poisson's ratio", (-0.25, 0.45), [0.25, 0.375, 0.125])
+        .of_solid(),
+    corner("xb1x", (0, 0), (-0.25, 0.0), [-0.25, -0.125, -0.375]),
+    corner("xb1y", (0, 1), (-0.25, 0.0), [-0.375, -0.25, -0.125]),
+    corner("xb1z", (0, 2), (-0.25, 0.0), [-0.125, -0.375, -0.25]),
+    corner("xb2x", (1, 0), (1.0, 2.0), [1.25, 1.5, 1.375]),
+    corner("xb2y", (1, 1), (-0.25, 0.25), [0.125, -0.0625, 0.0625]),
+    corner("xb2z", (1, 2), (-0.25, 0.25), [-0.125, 0.0625, 0.1875]),
+    corner("xb3x", (2, 0), (-0.25, 0.25), [0.0625, 0.125, -0.0625]),
+    corner("xb3y", (2, 1), (1.0, 2.0), [1.5, 1.25, 1.375]),
+    corner("xb3z", (2, 2), (-0.25, 0.25), [0.1875, 0.125, -0.0625]),
+    corner("xb4x", (3, 0), (-0.25, 0.25), [-0.0625, 0.1875, 0.125]),
+    corner("xb4y", (3, 1), (-0.25, 0.25), [0.0625, -0.125, 0.1875]),
+    corner("xb4z", (3, 2), (1.0, 2.0), [1.375, 1.625, 1.25]),
+];
+
 const TETRAHEDRON: Shape = Shape {
     least_dimension: Dimension::Three,
     corners: &["i1", "i2", "i3", "i4"],
-    parameters: &[
-        ParameterSchema::new(
-            "youngsmodulus",
-            "Young's modulus",
-            (1.0, 10.0),
-            [0.25, 0.375, 0.3125],
-        )
-        .non_negative(),
-        ParameterSchema::new(
-            "poissonratio",
-            "Poisson's ratio",
-            (-0.25, 0.45),
-            [0.25, 0.375, 0.125],
-        )
-        .of_solid(),
-        corner("xb1x", (0, 0), (-0.25, 0.0), [-0.25, -0.125, -0.375]),
-        corner("xb1y", (0, 1), (-0.25, 0.0), [-0.375, -0.25, -0.125]),
-        corner("xb1z", (0, 2), (-0.25, 0.0), [-0.125, -0.375, -0.25]),
-        corner("xb2x", (1, 0), (1.0, 2.0), [1.25, 1.5, 1.375]),
-        corner("xb2y", (1, 1), (-0.25, 0.25), [0.125, -0.0625, 0.0625]),
-        corner("xb2z", (1, 2), (-0.25, 0.25), [-0.125, 0.0625, 0.1875]),
-        corner("xb3x", (2, 0), (-0.25, 0.25), [0.0625, 0.125, -0.0625]),
-        corner("xb3y", (2, 1), (1.0, 2.0), [1.5, 1.25, 1.375]),
-        corner("xb3z", (2, 2), (-0.25, 0.25), [0.1875, 0.125, -0.0625]),
-        corner("xb4x", (3, 0), (-0.25, 0.25), [-0.0625, 0.1875, 0.125]),
-        corner("xb4y", (3, 1), (-0.25, 0.25), [0.0625, -0.125, 0.1875]),
-        corner("xb4z", (3, 2), (1.0, 2.0), [1.375, 1.625, 1.25]),
+    parameters: &damped::<15>(PARAMETERS),
+    parts: &[
+        elastic(&"youngsmodulus", &names::<13>(PARAMETERS.split_at(1).1)),
+        damping(&names::<14>(PARAMETERS)),
     ],
-    parts: &[part(&[
-        "poissonratio",
-        "xb1x",
-        "xb1y",
-        "xb1z",
-        "xb2x",
-        "xb2y",
-        "xb2z",
-        "xb3x",
-        "xb3y",
-        "xb3z",
-        "xb4x",
-        "xb4y",
-        "xb4z",
-    ])],
 };
 
 pub(in crate::force) static ST_VENANT_KIRCHHOFF: ForceKind = ForceKind {
@@ -152,7 +138,13 @@ impl<M> Element<M, 3> {
             mu: modulus / (2.0 * (1.0 + nu)),
             lambda: modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)),
         };
-        Self::new(lame, determinant.abs() / 6.0, cofactors.transpose() / determinant)
+        Self {
+            lame,
+            volume: determinant.abs() / 6.0,
+            inverse: cofactors.transpose() / determinant,
+            damping: element.parameter("beta"),
+            material: PhantomData,
+        }
     }
 }
 

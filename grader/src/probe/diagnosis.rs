@@ -120,6 +120,14 @@ pub(super) fn diagnose(all: &[Measured<'_>]) -> Vec<String> {
 /// A constant factor in one of the two Jacobians.
 fn factor(all: &[Measured<'_>]) -> Option<String> {
     for (which, name) in ["dF/dx", "dF/dv"].into_iter().enumerate() {
+        // A Jacobian that is zero but for its own errors has no factor.
+        let is_there = |m: &Measured<'_>| {
+            let Estimate { value, bound } = m.own[which];
+            value.iter().zip(bound).any(|(value, bound)| value.abs() > CLEAR * bound)
+        };
+        if !all.iter().any(is_there) {
+            continue;
+        }
         let power = |h: f64| if which == 0 { h * h } else { h };
         let (mut above, mut below) = (0.0, 0.0);
         for m in all {

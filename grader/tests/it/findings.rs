@@ -209,6 +209,9 @@ const CHANGES: &[&str] = &[
     "implicit methods clear the right-hand sides of fixed particles along x only",
     "implicit methods do not hold the first particle where it is fixed",
     "explicit methods do not move fixed particles, although they have a velocity",
+    "fixed particles have the mass 1e6",
+    "linearized-implicit-euler: the matrix has M⁻¹ in the place of M",
+    "explicit-euler: positions move with the mean of the old and the new velocity",
 ];
 
 /// Plants so many of the changes, one at a time.
@@ -514,6 +517,29 @@ fn elements_that_differ_beside_wrong_positions_are_named() {
     let named = said(&found);
     assert!(changes.iter().all(|change| named.contains(&&*change.words)), "{found:#?}");
     assert_eq!(named.len(), 2, "{found:#?}");
+}
+
+#[test]
+fn wrong_positions_and_a_wrong_hold_in_the_same_scenes_are_named() {
+    let words = [
+        "linearized-implicit-euler: fixed particles stand still, although they have a velocity",
+        "steps of linearized-implicit-euler hold fixed particles along x only",
+    ];
+    let found = findings(&words.map(candidate), |states| states);
+    let mut named = said(&found);
+    named.sort_unstable();
+    assert_eq!(named, words, "{found:#?}");
+}
+
+#[test]
+fn scenes_without_a_cause_do_not_keep_other_forces_from_being_searched() {
+    let change = candidate("gravitationalforce has no effect where i is larger than j");
+    let has_spring = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == "springforce");
+    let found = findings_of(|scene| {
+        let states = states(scene, std::slice::from_ref(&change));
+        if has_spring(scene) { disturbed(states) } else { states }
+    });
+    assert!(said(&found).contains(&&*change.words), "{found:#?}");
 }
 
 #[test]

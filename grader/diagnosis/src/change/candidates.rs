@@ -948,6 +948,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         OnePoint::Linearized => {
             add(inertia(0, 0, 1.0), 1, "the matrix has the identity in the place of M");
             add(inertia(2, 1, 1.0), 2, "the matrix has M² in the place of M");
+            add(inertia(-1, 1, 1.0), 2, "the matrix has M⁻¹ in the place of M");
             let words = "the forces are divided by the mass, and the matrix has M";
             add(Rule::Forces(Factor::mass(-1)), 2, words);
             for (entries, words) in [
@@ -1345,9 +1346,11 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
         add(Some(implicit), rule(of), rank, &format!("{family} methods {words}"));
     }
     for exponent in 3..=15 {
-        let words = format!("fixed particles are free, with a mass of 1e{exponent}");
-        let heavy = SceneRule::Heavy(10.0_f64.powi(exponent));
-        add(None, Effect::Scene(heavy), 2, &words);
+        for (is_free, words) in [(true, "are free, with a mass of"), (false, "have the mass")] {
+            let heavy = SceneRule::Heavy { mass: 10.0_f64.powi(exponent), is_free };
+            let words = format!("fixed particles {words} 1e{exponent}");
+            add(None, Effect::Scene(heavy), 2, &words);
+        }
     }
     add(
         None,
@@ -1441,7 +1444,11 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
     let blocks = of_stencil(Stencil::Edge)
         .into_iter()
         .map(|(blocks, words)| (Helper::Blocks(blocks), format!("each Jacobian {words}")));
-    let mut all: Vec<Change> = slips.chain(reads).chain(blocks).map(change).collect();
+    let entries = of_blocks()
+        .into_iter()
+        .map(|(axes, _, words)| (Helper::Entries(axes), format!("each Jacobian {words}")));
+    let mut all: Vec<Change> =
+        slips.chain(reads).chain(blocks).chain(entries).map(change).collect();
     let mut tags: Vec<&'static str> = Vec::new();
     for schema in scene.forces.iter().map(|element| element.schema) {
         let is_new = !tags.contains(&schema.tag);

@@ -21,6 +21,8 @@ pub enum Helper {
     Read(Read),
     /// Where the blocks of a Jacobian are added.
     Blocks(Blocks),
+    /// The entries of these blocks.
+    Entries(Axes),
 }
 
 /// A dot product.

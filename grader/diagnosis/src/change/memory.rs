@@ -90,3 +90,27 @@ impl Cleared {
         if is_cleared { 0.0 } else { before }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_call_clears_its_part() {
+        let left = |cleared: Cleared, of: [usize; 2]| -> Vec<usize> {
+            let all = (0..of[0] * of[1]).map(|place| [place / of[1], place % of[1]]);
+            let kept = all.enumerate().filter(|(_, at)| cleared.left(1.5, *at, of) != 0.0);
+            kept.map(|(place, _)| place).collect()
+        };
+        assert_eq!(left(Cleared::None, [2, 2]), [0, 1, 2, 3]);
+        assert_eq!(left(Cleared::First, [2, 2]), [1, 2, 3]);
+        assert_eq!(left(Cleared::NotFirst, [2, 2]), [0]);
+        assert_eq!(left(Cleared::NotLast, [2, 2]), [3]);
+        assert_eq!(left(Cleared::Few, [2, 2]), [2, 3]);
+        assert_eq!(left(Cleared::Few, [4, 1]), [2, 3]);
+        assert_eq!(left(Cleared::Bytes, [4, 4]), (2..16).collect::<Vec<_>>());
+        // Of 36 numbers, 36 bytes: four numbers, and the lower half of the fifth.
+        let fifth = Cleared::Bytes.left(1.0 / 3.0, [0, 4], [6, 6]);
+        assert_eq!(fifth.to_bits(), (1.0_f64 / 3.0).to_bits() >> 32 << 32);
+    }
+}

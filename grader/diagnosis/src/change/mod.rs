@@ -137,7 +137,8 @@ impl Change {
             (_, Place::Jacobian(term)) => has(&term) && implicit(),
             (Effect::Helper(helper), _) => {
                 let is_pair = |element: &ForceElement| element.pair().is_some();
-                let is_used = !matches!(helper, Helper::Blocks(_)) || implicit();
+                let is_of_matrix = matches!(helper, Helper::Blocks(_) | Helper::Entries(_));
+                let is_used = !is_of_matrix || implicit();
                 is_used && !is_of_rounds(scene) && scene.forces.iter().any(is_pair)
             }
             (Effect::Method(name, Rule::Replaced(_) | Rule::Idle), _) => {
@@ -155,7 +156,7 @@ impl Change {
                 Effect::Fixed(_)
                 | Effect::Scene(
                     SceneRule::Unfixed
-                    | SceneRule::Heavy(_)
+                    | SceneRule::Heavy { .. }
                     | SceneRule::Unjoined
                     | SceneRule::StillFixed(_),
                 ),
@@ -1089,8 +1090,13 @@ pub enum SceneRule {
     Pairs(&'static str, Pick),
     /// These fixed particles are fixed, the others are free.
     StillFixed(StillFixed),
-    /// Fixed particles are free, and have this mass.
-    Heavy(f64),
+    /// Fixed particles have this mass.
+    Heavy {
+        /// The mass.
+        mass: f64,
+        /// They are free.
+        is_free: bool,
+    },
     /// Free particles are fixed; fixed ones are free, if so.
     Fixed {
         /// Fixed ones are free.

@@ -556,7 +556,16 @@ impl Model {
                     model.evaluations[0].start = Some(Start::OtherForces);
                 }
             }
-            Rule::Kept(kept) => rules.kept = Some(kept),
+            Rule::Kept(kept) => {
+                let quantities = [Quantity::ByPosition, Quantity::ByVelocity];
+                let mut jacobians = quantities.into_iter().zip(kept.jacobians);
+                let is_kept =
+                    |quantity: Quantity| self.terms.iter().any(|model| model.term.has(quantity));
+                let acts = jacobians.any(|(quantity, kept)| kept && is_kept(quantity));
+                if kept.forces || kept.inertia || acts {
+                    rules.kept = Some(kept);
+                }
+            }
             Rule::OneByOne => rules.one_by_one = true,
             Rule::Position { old, new, h } => {
                 rules.position = Some([old, new, f64::from(h)]);
@@ -840,6 +849,9 @@ impl Model {
             };
             if let Some(change) = evaluation.blocks.or(of_all) {
                 change.change(m, blocks);
+            }
+            if let (Some(Helper::Entries(axes)), 2) = (self.helper, m) {
+                blocks.iter_mut().for_each(|block| *block = axes.of_matrix(*block));
             }
             let is_local = evaluation.blocks.or(of_all) == Some(Blocks::LocalIndices);
             let particle = |place: usize| if is_local { place } else { particles[place] };
@@ -1642,8 +1654,8 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 match (element.edge, end) {
                     (Some(edge), Some(end)) if edge < count => element.particles[end] = edge,
-                    (Some(edge), None) if edge + 1 < count => {
-                        element.particles = [edge, edge + 1].into();
+                    (Some(edge), None) if count > 1 => {
+                        element.particles = [edge % count, (edge + 1) % count].into();
                     }
                     _ => {}
                 }
@@ -1691,9 +1703,9 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 };
             }
         }
-        SceneRule::Heavy(mass) => {
+        SceneRule::Heavy { mass, is_free } => {
             for particle in scene.particles.iter_mut().filter(|particle| particle.fixed) {
-                (particle.fixed, particle.mass) = (false, mass);
+                (particle.fixed, particle.mass) = (!is_free, mass);
             }
         }
         SceneRule::Carried(tag, name) => {

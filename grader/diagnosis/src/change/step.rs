@@ -753,6 +753,14 @@ impl Model {
         (0..self.scene.particles.len()).map(of).collect()
     }
 
+    /// The solution of the linear system of a step: `v' − v`.
+    fn solution(&self, sample: &Sample) -> Vec<f64> {
+        match self.rules.whole {
+            true => sample.after.velocities.clone(),
+            false => change(sample),
+        }
+    }
+
     fn contribution_of(&self, model: &TermModel, quantity: Quantity, sample: &Sample) -> Vec<f64> {
         let linearized = self.method == Some(OnePoint::Linearized);
         if quantity != Quantity::Force && !linearized {
@@ -767,7 +775,7 @@ impl Model {
         if let Some(State { positions, velocities, .. }) = &sample.earlier {
             at.earlier = Some([positions.clone(), velocities.clone()]);
         }
-        let mut delta = change(sample);
+        let mut delta = self.solution(sample);
         if let (Some(factor), Quantity::ByPosition) = (self.rules.stiff_right, quantity) {
             let factor = factor.of(self.h, 1.0);
             let velocities = &sample.before.velocities;
@@ -816,10 +824,10 @@ impl Model {
         let is_one_solve = rules.slip.is_none()
             && rules.differences.is_none()
             && rules.iterations == 1
-            && !(rules.whole || rules.lost || self.fixed_rules.hold.solution);
+            && !(rules.lost || self.fixed_rules.hold.solution);
         let shows = self.substeps == 1 && !self.remembers() && is_one_solve;
         let method = self.method.filter(|_| shows)?;
-        let delta = change(sample);
+        let delta = self.solution(sample);
         let of_old = 1.0 - self.rules.old;
         let inertia = |dof: usize| {
             let (mass, old) = (self.mass[dof], of_old * sample.before.velocities[dof]);
@@ -875,7 +883,7 @@ impl Model {
 
     /// Whether a fixed particle's velocity changes in this step, beyond `noise`.
     pub fn moves_fixed(&self, sample: &Sample, noise: f64) -> bool {
-        let delta = change(sample);
+        let delta = self.solution(sample);
         (0..delta.len()).any(|dof| self.fixed[dof] && delta[dof].abs() > noise)
     }
 }
@@ -893,5 +901,26 @@ fn row_sum(matrix: &DMatrix<f64>) -> f64 {
 impl Default for Factor {
     fn default() -> Self {
         Self::number(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::model::NEWTON;
+    use super::*;
+
+    #[test]
+    fn a_test_ends_newtons_method_at_the_first_update_that_passes_it() {
+        let of = |number: usize, size: f64| Iterate {
+            velocities: vec![number as f64],
+            sizes: [size; Norm::ALL.len()],
+        };
+        let path = [of(0, 1.0), of(1, 1e-1), of(2, 1e-3), of(3, 1e-9), of(4, 0.0)];
+        let end = |newton: Newton| Iterate::last(&path, &newton).map(|last| last.velocities[0]);
+        let tested = |tolerance, drops_last| end(Newton { tolerance, drops_last, ..NEWTON });
+        assert_eq!(tested(0.5, false), Some(2.0));
+        assert_eq!(tested(0.5, true), Some(1.0));
+        assert_eq!(tested(1e-12, false), Some(4.0));
+        assert_eq!(end(Newton { iterations: 1, ..NEWTON }), Some(1.0));
     }
 }

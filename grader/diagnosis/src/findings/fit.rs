@@ -134,21 +134,21 @@ pub(super) fn ends(scene: &SceneEvidence<'_>, made: &[Change], all: Vec<Change>)
         Effect::Method(_, Rule::Newton(newton)) => Some(newton),
         _ => None,
     };
-    let mut paths: Vec<((Guess, f64), Vec<Vec<Iterate>>)> = Vec::new();
     let mut fitting = all;
-    fitting.retain(|change| {
-        let Some(newton) = newton(change) else { return false };
-        let from = (newton.guess, newton.relaxation);
-        let number = paths.iter().position(|(known, _)| *known == from).unwrap_or_else(|| {
-            let of = |one: &Evidence| model.iterates(&one.sample, newton.guess, newton.relaxation);
-            paths.push((from, scene.evidence.iter().map(of).collect()));
-            paths.len() - 1
-        });
-        scene.evidence.iter().zip(&paths[number].1).all(|(evidence, path)| {
-            let last = Iterate::last(path, &newton);
+    for evidence in &scene.evidence {
+        let mut paths: Vec<((Guess, f64), Vec<Iterate>)> = Vec::new();
+        fitting.retain(|change| {
+            let Some(newton) = newton(change) else { return false };
+            let from = (newton.guess, newton.relaxation);
+            let number = paths.iter().position(|(known, _)| *known == from).unwrap_or_else(|| {
+                let path = model.iterates(&evidence.sample, newton.guess, newton.relaxation);
+                paths.push((from, path));
+                paths.len() - 1
+            });
+            let last = Iterate::last(&paths[number].1, &newton);
             last.is_some_and(|last| scene.ends_at(evidence, &last.velocities))
-        })
-    });
+        });
+    }
     fitting
 }
 

@@ -44,8 +44,6 @@ pub(super) enum Kind {
     NotFiniteAtLast,
     StateTooMany,
     StateTooFew,
-    /// The number of steps is rounded so, not up.
-    StepsRounded(&'static str),
     Duration,
     InitialMissing,
     /// The steps of the trace start at 1.
@@ -95,10 +93,6 @@ impl fmt::Display for Kind {
             Self::NotFiniteAtLast => "right, except for non-finite numbers at the end",
             Self::StateTooMany => "too many",
             Self::StateTooFew => "one too few",
-            Self::StepsRounded(how) => {
-                let what = "one too few where dt does not divide the duration";
-                return write!(f, "{what}: duration/dt is rounded {how}, not up");
-            }
             Self::Duration => "wrong duration or dt",
             Self::InitialMissing => "the initial state is missing",
             Self::StartsAtOne => "the initial state is missing, or steps are counted from 1",
@@ -141,7 +135,7 @@ impl Kind {
             | Self::Error
             | Self::TimeOut
             | Self::Memory => return None,
-            Self::StateTooMany | Self::StateTooFew | Self::StepsRounded(_) => Feature::States,
+            Self::StateTooMany | Self::StateTooFew => Feature::States,
             Self::Duration
             | Self::InitialVelocity
             | Self::InitialState
@@ -194,7 +188,6 @@ impl Kind {
                 | Self::NotFiniteAtLast
                 | Self::StateTooMany
                 | Self::StateTooFew
-                | Self::StepsRounded(_)
                 | Self::Duration
                 | Self::Digits(_)
                 | Self::Decimals(_)

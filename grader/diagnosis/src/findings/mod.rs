@@ -413,11 +413,6 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
         }
     }
     settle_open(&mut kinds);
-    for (kind, numbers) in &mut kinds {
-        if *kind == Kind::StateTooFew {
-            *kind = rounded_steps(numbers, scenes).unwrap_or(Kind::StateTooFew);
-        }
-    }
     kinds.sort_by_key(|(_, numbers)| std::cmp::Reverse(numbers.len()));
     // A fault of most traces can look like another one in a few.
     let count = |(_, numbers): &(Kind, Vec<usize>)| numbers.len();
@@ -520,25 +515,6 @@ fn settle_open(kinds: &mut Vec<(Kind, Vec<usize>)>) {
             }
         }
     }
-}
-
-/// How the number of steps is rounded that is one too small in these scenes, where that is what they have in common.
-fn rounded_steps(numbers: &[usize], scenes: &[Marked<'_>]) -> Option<Kind> {
-    let part = |scene: &Marked<'_>| (scene.scene.duration / scene.scene.time_step).fract();
-    let is_divided = |part: &f64| *part == 0.0;
-    let few: Vec<f64> = numbers.iter().map(|number| part(&scenes[*number])).collect();
-    let passed: Vec<f64> = scenes.iter().filter(|scene| scene.passed).map(part).collect();
-    let is_down = passed.iter().all(is_divided);
-    let is_nearest = few.iter().all(|part| *part < 0.5)
-        && passed.iter().all(|part| is_divided(part) || *part >= 0.5);
-    let how = match [is_down, is_nearest] {
-        _ if few.iter().any(is_divided) => return None,
-        [true, false] => "down",
-        [false, true] => "to the nearest integer",
-        [true, true] => "down or to the nearest integer",
-        [false, false] => return None,
-    };
-    Some(Kind::StepsRounded(how))
 }
 
 /// Adds to the finding on the precision the scenes that it explains, although their numbers are off by more than one rounding:

@@ -26,7 +26,7 @@ use super::form::Kind;
 use super::judged::Outcome;
 use super::thresholds::Thresholds;
 use super::trace::is_large;
-use residuals::{pairs_of, survivors, with_reading, with_rules};
+use residuals::{pairs_of, survivors, with_positions, with_reading, with_rules};
 use weigh::Weighed;
 
 /// Changes that are proven together.
@@ -185,9 +185,12 @@ impl<'a> Search<'a> {
         for _ in 0..self.scenes.len() {
             let made = self.made();
             let full = self.n_mistakes() >= self.limits.mistakes;
-            let mut next = self.lacks(&made);
+            let mut next = self.lacks(&made, false);
             if next.is_empty() {
                 next = self.round(&made);
+            }
+            if next.is_empty() {
+                next = self.lacks(&made, true);
             }
             next.retain(|cause| !full || cause.is_lack());
             if next.is_empty() {
@@ -214,9 +217,12 @@ impl<'a> Search<'a> {
 
     /// The best change, or pair of changes, beside those made; none if nothing is proven.
     fn round(&mut self, made: &[Change]) -> Vec<Cause> {
-        let mut left: Vec<usize> = (0..self.scenes.len())
-            .filter(|&number| self.scenes[number].is_suspect() && !self.scenes[number].explained)
-            .collect();
+        let scenes = &self.scenes;
+        let is_left = |number: &usize| {
+            let scene = &scenes[*number];
+            scene.is_suspect() && !scene.explained && !shows_nothing(scene, made)
+        };
+        let mut left: Vec<usize> = (0..scenes.len()).into_par_iter().filter(is_left).collect();
         left.sort_by_key(|&number| self.scenes[number].simplicity());
         // Scenes of different kinds: two for each set of forces and integrator.
         let mut kinds: Vec<(Vec<&str>, &str)> = Vec::new();
@@ -305,6 +311,9 @@ impl<'a> Search<'a> {
                     let mut found = with_rules(&scene, made);
                     found.extend(pairs_of(&scene, made));
                     if found.is_empty() {
+                        found = with_positions(&scene, made, &self.time_steps);
+                    }
+                    if found.is_empty() {
                         found = with_reading(&scene, made);
                         found.extend(gates::with_rules(number, &self.scenes, made, self.limits));
                     }
@@ -345,9 +354,7 @@ impl<'a> Search<'a> {
         let scenes = &self.scenes;
         let is_slow = |number: &usize| {
             let scene = &scenes[*number];
-            let is_wrong = scene.is_newton() && scene.is_suspect() && !scene.explained;
-            let model = || Model::new(&scene.scene, &made);
-            is_wrong && scene.agrees_with(&model(), usize::MAX) == Agreement::Open
+            scene.is_suspect() && !scene.explained && shows_nothing(scene, &made)
         };
         let slow: Vec<usize> = (0..scenes.len()).into_par_iter().filter(is_slow).collect();
         for cause in &mut self.found {
@@ -586,6 +593,15 @@ impl<'a> Search<'a> {
     }
 }
 
+/// Whether Newton's method converges slowly or not at all in a scene with these changes.
+fn shows_nothing(scene: &Marked<'_>, made: &[Change]) -> bool {
+    let acts = || made.iter().any(|change| change.acts_in(&scene.scene));
+    scene.is_newton() && acts() && {
+        let model = Model::new(&scene.scene, made);
+        model.can_step() && scene.agrees_with(&model, usize::MAX) == Agreement::Open
+    }
+}
+
 /// Whether another method's steps are those of the scene: it is evidence of nothing else, though too little to say that the
 /// scene's own method is not there.
 fn steps_otherwise(scene: &Marked<'_>, made: &[Change]) -> bool {
@@ -612,8 +628,9 @@ fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
     match (pairs, is_implicit) {
         (true, true) => 40 * size + size.pow(3) / 10,
         (true, false) => 20 * size,
-        (false, _) if is_newton => 30 * size,
-        (false, _) => 6 * size,
+        (false, _) if is_newton => 80 * size,
+        (false, true) => 19 * size,
+        (false, false) => 6 * size,
     }
 }
 

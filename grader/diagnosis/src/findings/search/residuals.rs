@@ -4,6 +4,7 @@
 //! pairs of changes are found by sorting.
 
 use crate::change::candidates::{self, Numbered, NumberedForce};
+use crate::change::helper;
 use crate::change::round_changes;
 use crate::change::{Change, Effect, Model, Place, Quantity, Rule, Sample, Term};
 use rayon::prelude::*;
@@ -31,7 +32,19 @@ pub(super) fn survivors(
     let mut whole: Vec<Change> = candidates::replacements(inner);
     whole.extend(candidates::of_integrator(inner));
     whole.extend(candidates::of_fixed(inner));
-    whole.extend(candidates::of_helpers(inner));
+    // Newton's method ends in the same place by most matrices.
+    let is_of_matrix = |change: &Change| {
+        use Effect::{Blocks, Helper};
+        let is_helper =
+            |helper: &_| matches!(helper, helper::Helper::Blocks(_) | helper::Helper::Entries(_));
+        match &change.effect {
+            Blocks(..) => true,
+            Helper(helper) => is_helper(helper),
+            _ => false,
+        }
+    };
+    let helpers = candidates::of_helpers(inner).into_iter();
+    whole.extend(helpers.filter(|change| !scene.is_newton() || !is_of_matrix(change)));
     whole.extend(candidates::of_reading(inner, time_steps));
     let is_end = |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Newton(_)));
     let (ends, others): (Vec<Change>, Vec<Change>) =
@@ -128,6 +141,49 @@ fn with_each(
     all.sort_by_key(|changes| changes.iter().map(|change| u32::from(change.rank)).sum::<u32>());
     all
 }
+
+/// A rule by which positions are right that are wrong without it, with each change that makes the sampled steps then.
+pub(super) fn with_positions(
+    scene: &SceneEvidence<'_>,
+    made: &[Change],
+    time_steps: &[f64],
+) -> Vec<Vec<Change>> {
+    let samples = scene.clear_samples();
+    let is_on_rule = |changes: &[Change]| {
+        let model = Model::new(&scene.scene, changes);
+        samples.iter().all(|evidence| {
+            let residual = model.residual(&evidence.sample);
+            residual.is_some_and(|residual| {
+                let bound = samples.limits.left * evidence.noise[0];
+                residual.position.iter().all(|left| left.abs() <= bound)
+            })
+        })
+    };
+    if samples.is_empty() || is_on_rule(made) {
+        return Vec::new();
+    }
+    let mut rules = rules_of(scene, made, &samples);
+    rules.retain(|rule| is_on_rule(&[made, std::slice::from_ref(rule)].concat()));
+    // The same rule of one method, of several and of all is the same in a scene.
+    let mut effects: Vec<&Effect> = Vec::new();
+    for rule in &rules {
+        if !effects.contains(&&rule.effect) {
+            effects.push(&rule.effect);
+        }
+    }
+    let mut all = Vec::new();
+    for effect in effects.into_iter().take(FEW_RULES) {
+        let same: Vec<&Change> = rules.iter().filter(|rule| rule.effect == *effect).collect();
+        let beside = [made, &[same[0].clone()]].concat();
+        for change in survivors(scene, &beside, time_steps) {
+            all.extend(same.iter().map(|rule| vec![(*rule).clone(), change.clone()]));
+        }
+    }
+    all
+}
+
+/// Rules by which positions are right, beside which all changes are tried.
+const FEW_RULES: usize = 3;
 
 /// Changes of one term's value, or of the sum of all terms, that cancel the residual.
 fn in_terms(model: &Model, integrator: &'static str, samples: &Samples<'_>) -> Vec<Change> {

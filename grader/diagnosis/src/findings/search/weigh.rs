@@ -6,6 +6,7 @@ use crate::change::candidates;
 use crate::change::rounds;
 use crate::change::{Change, Effect, Model, Place, Quantity, Rule, Task, Term};
 use rayon::prelude::*;
+use reference::method::Method;
 use scene::Scene;
 
 use super::{Cause, Search, is_lack, is_of_rounds};
@@ -34,7 +35,9 @@ impl Weighed {
 
 impl Search<'_> {
     /// Features that are left out: forces whose own scenes show it, and methods in whose place another one steps.
-    pub(super) fn lacks(&self, made: &[Change]) -> Vec<Cause> {
+    /// Methods with a mistake of their own are not taken for steps of another one, unless all are asked for: the same mistake
+    /// may be in both.
+    pub(super) fn lacks(&self, made: &[Change], all: bool) -> Vec<Cause> {
         let suspects = || self.scenes.iter().filter(|scene| scene.is_suspect() && !scene.explained);
         let mut terms: Vec<Term> = Vec::new();
         let mut integrators: Vec<&'static str> = Vec::new();
@@ -52,7 +55,10 @@ impl Search<'_> {
             if !integrators.contains(&name) {
                 integrators.push(name);
                 let lacks = candidates::replacements(&scene.scene).into_iter().filter(is_lack);
-                changes.extend(lacks.filter(|change| !is_idle_round(scene, change)));
+                let is_plain = |change: &Change| all || !is_by_changed(change, made);
+                changes.extend(
+                    lacks.filter(|change| is_plain(change) && !is_idle_round(scene, change)),
+                );
                 silent.push(candidates::integrator_factor(name, Quantity::Force, 0.0));
             }
         }
@@ -417,6 +423,16 @@ fn force_alone(lack: &Change) -> Vec<Change> {
     let has_jacobian = term.schema().depends_on().has_jacobian();
     let alone = has_jacobian.then(|| candidates::factor(term, &[Quantity::Force], 0.0));
     alone.into_iter().collect()
+}
+
+/// Whether the method that steps in the place of another one has a mistake.
+fn is_by_changed(change: &Change, made: &[Change]) -> bool {
+    let Effect::Method(_, Rule::Replaced(method)) = change.effect else { return false };
+    let is_its = |name: &str| {
+        let known = simulator::vocabulary().integrator(name);
+        known.is_some_and(|known| Method::one_point(known) == Some(method))
+    };
+    made.iter().any(|change| matches!(&change.effect, Effect::Method(name, _) if is_its(name)))
 }
 
 /// Whether nothing moves in a scene of rounds. Springs at rest move neither if forces are left out of the rounds.

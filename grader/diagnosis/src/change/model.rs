@@ -390,6 +390,10 @@ impl Model {
             Effect::Method(name, _) => self.steps_by(name),
             _ => match change.place {
                 Place::FixedUnder(name) | Place::ForceUnder(_, name) => self.steps_by(name),
+                Place::Fixed(Some(family)) => {
+                    let of_scene = self.scene.integrator.matrix == Matrix::Jacobians;
+                    family == self.method.map_or(of_scene, |_| self.is_implicit())
+                }
                 // Another method in the place of rounds has none of their rules.
                 Place::Task(_) => self.method.is_none(),
                 _ => true,

@@ -93,7 +93,7 @@ impl Arithmetic for Evaluation<'_> {
 }
 
 impl Model {
-    fn is_implicit(&self) -> bool {
+    pub(super) fn is_implicit(&self) -> bool {
         matches!(self.method, Some(OnePoint::Linearized | OnePoint::Implicit))
     }
 

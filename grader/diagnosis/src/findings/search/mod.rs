@@ -628,7 +628,7 @@ fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
     match (pairs, is_implicit) {
         (true, true) => 40 * size + size.pow(3) / 10,
         (true, false) => 20 * size,
-        (false, _) if is_newton => 80 * size,
+        (false, _) if is_newton => 110 * size,
         (false, true) => 19 * size,
         (false, false) => 6 * size,
     }

@@ -168,6 +168,20 @@ async function sideBySide(browser, address, origin) {
   await close();
 }
 
+// Elements of elastic bodies are coloured on request, and a scale says how far.
+async function strained(browser, address, origin) {
+  const { page, faults, close } = await open(browser, address, origin);
+  const canvas = page.locator("canvas").first();
+  const before = await canvas.screenshot();
+  await page.locator("input[name=strain]").check();
+  assert.notDeepEqual(await canvas.screenshot(), before, "strain is drawn");
+  assert.ok((await page.evaluate(() => Report.player.view.strain.full)) > 0);
+  await page.locator("input[name=strain]").uncheck();
+  assert.deepEqual(await canvas.screenshot(), before);
+  assert.deepEqual(faults, []);
+  await close();
+}
+
 // A run that explodes: its times are told, and the oracle's energy is seen.
 async function exploded(browser, address, origin) {
   const { page, faults, close } = await open(browser, address, origin);
@@ -320,6 +334,7 @@ async function main() {
   assert.deepEqual(faults, []);
   await close();
   await sideBySide(browser, kinds[1][1], origin);
+  await strained(browser, url(html, "scenes/FiniteElements/three-sheets-in-space-linearized.html"), origin);
   await exploded(browser, url(html, `scenes/${EXPLODES}.html`), origin);
   const file = path.join(work, "report.html");
   grade(path.relative(root, traces), "--html", file, "--only", SCENE);

@@ -166,6 +166,28 @@ async function endless(page) {
   assert.match(await status.textContent(), /^Step 0, t = 0\ss\. Energy /);
 }
 
+// A sheet, stretched by 15 %, is coloured by three quarters of a scale to 20 %.
+async function strained(page) {
+  const picture = () => page.locator(".pane canvas").screenshot();
+  await page.locator(".pane canvas").focus();
+  const lines = await picture();
+  await press(page, "s");
+  await settled(page);
+  const middle = await page.evaluate(() => {
+    const { stage, canvas, positions } = Report.live.panes[0];
+    const mean = [0, 1].map((axis) => positions.filter((_, place) => place % 2 === axis).reduce((sum, x) => sum + x / stage.count, 0));
+    const at = [0, 0, 0, 0];
+    stage.project(mean[0] + 0.05, mean[1] + 0.03, 0, at, 0);
+    const ratio = canvas.width / stage.width;
+    return [...canvas.getContext("2d").getImageData(at[0] * ratio, at[1] * ratio, 1, 1).data.slice(0, 3)];
+  });
+  assert.deepEqual(middle, [94, 201, 98]);
+  assert.equal(await page.evaluate(() => Report.live.panes[0].stage.strain.full), 0.2);
+  await press(page, "s");
+  await settled(page);
+  assert.deepEqual(await picture(), lines);
+}
+
 // A square of two materials is drawn by its faces, which cover its edges and particles, or without them.
 async function faces(page) {
   const colors = () => page.evaluate(() => {
@@ -302,6 +324,15 @@ module.exports = async function checkViewer({ browser, work, simulate, open, loo
   await looksRight(covered.page, "view-faces");
   assert.deepEqual(covered.faults, []);
   await covered.close();
+  await viewer.end();
+
+  viewer = await start(simulate, [scene("sheet.xml", "sheet", "--nx", "4", "--ny", "2", "--stretch", "1.15")]);
+  const stretched = await open(browser, viewer.address, viewer.origin);
+  await stretched.page.locator(".pane canvas").waitFor();
+  await settled(stretched.page);
+  await strained(stretched.page);
+  assert.deepEqual(stretched.faults, []);
+  await stretched.close();
   await viewer.end();
 
   viewer = await start(simulate, [net, "--integrator", "fast-mass-spring", "--option", "iterations=1000000000000"]);

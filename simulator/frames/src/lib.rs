@@ -25,6 +25,8 @@ use picture::texture::Texture;
 use serde::{Deserialize, Serialize};
 
 use crate::materials::Materials;
+pub use crate::strain::StrainPalette;
+
 use crate::strain::Strain;
 use scene::{Color, Dimension, ParticlePath, Scene, SurfaceCorner};
 

@@ -16,6 +16,7 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use scene::{ForceElement, Scene};
+use serde::Serialize;
 
 use crate::point;
 
@@ -54,11 +55,48 @@ enum Shape {
     Tetrahedron(Edges),
 }
 
+/// Data for the pages' own colouring by strain (`strain.js`).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StrainPalette {
+    /// Six hexadecimal digits each: equal distances of the scale.
+    colors: Vec<String>,
+    elements: Vec<StrainElement>,
+}
+
+/// An element that has faces to draw.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct StrainElement {
+    corners: Vec<usize>,
+    faces: Vec<[usize; 3]>,
+    /// The undeformed corners.
+    rest: Vec<[f64; 3]>,
+}
+
+impl StrainPalette {
+    /// Those of a scene; `None` if it has no elastic body with triangles or tetrahedra.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let elements = Strain::of(scene, 1.0).elements.into_iter().zip(elements(scene));
+        let elements = elements.filter(|(element, _)| !element.faces.is_empty());
+        let elements: Vec<StrainElement> = elements
+            .map(|(Element { corners, faces, .. }, of)| StrainElement {
+                corners,
+                faces,
+                rest: of.undeformed().to_vec(),
+            })
+            .collect();
+        let colors = VIRIDIS.map(|[red, green, blue]| format!("{red:02x}{green:02x}{blue:02x}"));
+        (!elements.is_empty()).then(|| Self { colors: colors.to_vec(), elements })
+    }
+}
+
+fn elements(scene: &Scene) -> impl Iterator<Item = &ForceElement> {
+    scene.forces.iter().filter(|element| element.schema.is_element())
+}
+
 impl Strain {
     pub(crate) fn of(scene: &Scene, full: f64) -> Self {
-        let elements = || scene.forces.iter().filter(|element| element.schema.is_element());
         let mut counts: HashMap<[usize; 3], usize> = HashMap::new();
-        for face in elements().flat_map(|element| faces(&element.particles)) {
+        for face in elements(scene).flat_map(|element| faces(&element.particles)) {
             *counts.entry(sorted(face)).or_default() += 1;
         }
         let element = |element: &ForceElement| {
@@ -66,13 +104,13 @@ impl Strain {
             let (rest, is_solid) = match undeformed[..] {
                 [a, b, c] => (Shape::Triangle(Sides::of([a, b, c])), false),
                 [a, b, c, d] => (Shape::Tetrahedron(Edges::of([a, b, c, d])), true),
-                _ => return None,
+                _ => unreachable!("elements have three or four corners"),
             };
             let mut faces = faces(&element.particles);
             faces.retain(|face| !is_solid || counts[&sorted(*face)] == 1);
-            Some(Element { corners: element.particles.to_vec(), faces, rest })
+            Element { corners: element.particles.to_vec(), faces, rest }
         };
-        Self { elements: elements().filter_map(element).collect(), full }
+        Self { elements: elements(scene).map(element).collect(), full }
     }
 
     /// The colour of an element.

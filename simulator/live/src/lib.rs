@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use frames::materials::Materials;
-use frames::{Bounds, Palette};
+use frames::{Bounds, Palette, StrainPalette};
 use run::{Advance, Hold, Run, Settings};
 use scene::{EDGE_RADIUS, Edge, PARTICLE_RADIUS, Scene};
 use serde::{Deserialize, Serialize};
@@ -89,6 +89,7 @@ struct Opened<'a> {
     name: &'a str,
     description: Option<&'a str>,
     scene: Palette,
+    strain: Option<StrainPalette>,
     integrators: Vec<&'static str>,
     settings: Settings,
     positions: Vec<f64>,
@@ -120,6 +121,7 @@ impl Live {
             name: &scene.name,
             description: scene.description.as_deref(),
             scene: Palette::of(&drawn, self.bounds, &self.materials),
+            strain: StrainPalette::of(scene),
             integrators: integrator::REGISTRY.iter().map(|kind| kind.schema.name).collect(),
             settings: Settings::of(scene),
             positions: scene.positions(),

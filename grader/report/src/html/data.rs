@@ -4,6 +4,7 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use frames::StrainPalette;
 use grader::compare::recording::{Recording, Residual};
 use grader::grading::SceneResult;
 use grader::suite::Case;
@@ -23,6 +24,8 @@ struct SceneData<'a> {
     edges: Vec<[usize; 2]>,
     /// Pairs of particles with a force between them, but no edge.
     pairs: Vec<[usize; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    strain: Option<StrainPalette>,
     first_wrong: Option<FirstWrong>,
     /// The first state that is not compared.
     horizon: Option<u64>,
@@ -110,6 +113,7 @@ pub(super) fn render(
             .flat_map(|element| element.particles.windows(2))
             .map(|pair| [pair[0], pair[1]])
             .collect(),
+        strain: StrainPalette::of(scene),
         first_wrong: first_wrong
             .map(|first| FirstWrong { step: first.place.step, particle: first.place.particle }),
         horizon: horizon(result),

@@ -44,11 +44,12 @@ use picture::web;
 pub const GENERATOR: &str = "Spring Oracle";
 
 /// Scripts and styles: file name and content.
-pub const ASSETS: [(&str, &str); 9] = [
+pub const ASSETS: [(&str, &str); 10] = [
     web::STYLE,
     web::BASE,
     web::CHART,
     web::GESTURES,
+    web::STRAIN,
     ("view.js", include_str!("assets/view.js")),
     ("player.js", include_str!("assets/player.js")),
     web::STAGE,

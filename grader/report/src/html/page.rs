@@ -13,10 +13,11 @@ const POLICY: &str = "default-src 'none'; script-src 'self' file:; style-src 'se
                       base-uri 'none'; form-action 'none'";
 
 /// Scripts of every page, in the order in which they are loaded.
-pub(super) const SCRIPTS: [&str; 8] = [
+pub(super) const SCRIPTS: [&str; 9] = [
     "base.js",
     "chart.js",
     "gestures.js",
+    "strain.js",
     "view.js",
     "player.js",
     "stage.js",

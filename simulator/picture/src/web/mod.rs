@@ -15,5 +15,8 @@ pub const GESTURES: (&str, &str) = ("gestures.js", include_str!("gestures.js"));
 /// A scene on a canvas: the same picture as that of a frame.
 pub const STAGE: (&str, &str) = ("stage.js", include_str!("stage.js"));
 
+/// Elements of elastic bodies by strain.
+pub const STRAIN: (&str, &str) = ("strain.js", include_str!("strain.js"));
+
 /// Styles, light and dark.
 pub const STYLE: (&str, &str) = ("report.css", include_str!("report.css"));

@@ -4,7 +4,7 @@
  * as the frames of `simulate --frames`, but each triangle of a face has one colour; scenes in 3D turn.
  *
  * scene: {dimension, radii, colors, edges, edgeRadii, edgeColors, faces?, faceColors?, trails: [{particle, duration, color}], background,
- *         center, extents, viewport, fixed?}
+ *         center, extents, viewport, fixed?}; `strain` is the data of strain.js, or null.
  * Colours are "rrggbb"; a list of equal values has one element. */
 Report.Stage = class {
   /* Share of the picture that the extents fill, distance of the camera, and fading of the furthest point. */
@@ -19,7 +19,7 @@ Report.Stage = class {
   /* Shapes in one path: longer paths take more time for each shape. */
   static TOGETHER = 50;
 
-  constructor(canvas, scene) {
+  constructor(canvas, scene, strain = null) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
     this.scene = scene;
@@ -27,26 +27,35 @@ Report.Stage = class {
     this.screen = new Float64Array(4 * this.count);
     this.trails = scene.trails.map(() => []);
     this.shades = new Map();
-    this.options = { edges: true, particles: true, faces: true };
+    this.options = { edges: true, particles: true, faces: true, strain: false };
     const parts = [0, 2, 4].map((at) => parseInt(scene.background.slice(at, at + 2), 16));
     /* Whether dark lines are seen on the background. */
     this.light = parts[0] + parts[1] + parts[2] > 384;
     this.cover(scene.faces ?? []);
+    if (strain) {
+      this.strain = new Report.Strain(strain, scene.dimension);
+      this.strained = this.covering(strain.elements.flatMap(({ faces }) => faces));
+    }
     /* Size of the extents. */
     this.across = Math.hypot(...scene.extents);
     this.home();
     this.resize();
   }
 
-  /* Divides faces into triangles, and finds the edges and particles that they cover. */
+  /* Divides faces into triangles. */
   cover(faces) {
     this.triangles = [];
-    const [pairs, particles] = [new Set(), new Set(faces.flat())];
     faces.forEach((face, number) => {
       for (let k = 2; k < face.length; k++) this.triangles.push([number, face[0], face[k - 1], face[k]]);
-      for (const i of face) for (const j of face) pairs.add(i * this.count + j);
     });
-    this.covers = { edges: this.scene.edges.map(([i, j]) => pairs.has(i * this.count + j)), particles };
+    this.covers = this.covering(faces);
+  }
+
+  /* The edges and particles that faces cover. */
+  covering(faces) {
+    const [pairs, particles] = [new Set(), new Set(faces.flat())];
+    for (const face of faces) for (const i of face) for (const j of face) pairs.add(i * this.count + j);
+    return { edges: this.scene.edges.map(([i, j]) => pairs.has(i * this.count + j)), particles };
   }
 
   home() {
@@ -182,8 +191,11 @@ Report.Stage = class {
     const shapes = [];
     this.trailShapes(time, positions, scale, shapes);
     const of = (list, number) => (list.length > 1 ? list[number] : list[0]);
-    const covered = this.options.faces && this.triangles.length ? this.covers : null;
-    if (covered) this.faceShapes(positions, shapes);
+    const hasStrain = this.options.strain && this.strain;
+    const hasFaces = this.options.faces && this.triangles.length && !hasStrain;
+    const covered = hasStrain ? this.strained : hasFaces ? this.covers : null;
+    if (hasFaces) this.faceShapes(positions, shapes);
+    if (hasStrain) this.strainShapes(positions, shapes);
     if (this.options.edges) {
       scene.edges.forEach(([i, j], edge) => {
         if (covered?.edges[edge]) return;
@@ -207,6 +219,7 @@ Report.Stage = class {
     if (scene.dimension === 3) shapes.sort((a, b) => a[0] - b[0]);
     this.paint(shapes);
     if (this.options.particles) this.frameFixed();
+    if (hasStrain) this.strain.legend(context, 10, 10, this.light ? "#000000" : "#ffffff");
   }
 
   /* Stands fixed particles in squares: they are held. */
@@ -219,6 +232,19 @@ Report.Stage = class {
       const radius = scene.radii.length > 1 ? scene.radii[particle] : scene.radii[0];
       const half = Math.max(0.75, radius * screen[at + 2]) + 3;
       context.strokeRect(screen[at] - half, screen[at + 1] - half, 2 * half, 2 * half);
+    }
+  }
+
+  /* Faces of elastic bodies, coloured by strain. */
+  strainShapes(positions, shapes) {
+    const { screen } = this;
+    this.behind ??= [0, 2, 4].map((at) => parseInt(this.scene.background.slice(at, at + 2), 16));
+    for (const [color, [i, j, k]] of this.strain.faces((particle) => this.point(positions, particle))) {
+      const [p, q, r] = [4 * i, 4 * j, 4 * k];
+      const depth = (screen[p + 3] + screen[q + 3] + screen[r + 3]) / 3;
+      const fade = Report.Stage.FADE * (1 - depth);
+      const style = `rgb(${color.map((value, part) => Math.round((1 - fade) * value + fade * this.behind[part])).join()})`;
+      shapes.push([depth, style, 0, screen[p], screen[p + 1], screen[q], screen[q + 1], screen[r], screen[r + 1]]);
     }
   }
 

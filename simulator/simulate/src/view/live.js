@@ -44,7 +44,7 @@ Report.Pane = class {
   }
 
   open(scene, positions, view) {
-    this.stage = new Report.Stage(this.canvas, scene);
+    this.stage = new Report.Stage(this.canvas, scene, this.live.data.strain);
     if (view) Object.assign(this.stage, { zoom: view.zoom, pan: [...view.pan], turn: [...view.turn] });
     Object.assign(this.stage.options, this.live.shown);
     this.positions = positions;
@@ -219,7 +219,7 @@ Report.Live = class {
     this.session = data.session;
     this.playing = false;
     this.held = null;
-    this.shown = { edges: true, particles: true, faces: true };
+    this.shown = { edges: true, particles: true, faces: true, strain: false };
     this.common = { mass: 1, stiffness: 1, damping: 0, modulus: data.settings.modulus, poisson: data.settings.poisson };
     this.windy = data.settings.wind !== 0;
     this.strength = data.settings.wind || 1;
@@ -300,6 +300,7 @@ Report.Live = class {
       box("edges", "edges", true, show("edges")),
       box("masses", "masses", true, show("particles")),
       ...(this.data.scene.faces ? [box("faces", "faces", true, show("faces"))] : []),
+      ...(this.data.strain ? [box("strain", "strain", false, show("strain"))] : []),
     ];
     const set = (name) => (value) => {
       this.common[name] = value;
@@ -326,7 +327,7 @@ Report.Live = class {
       this.panesHost, this.charts,
       Report.element("p", { class: "hint wide-row" },
         `Squares are fixed particles. Drag a particle to move it; drag the picture to ${how}; turn the wheel to zoom. Keys: space or k play, full stop step, r reset, ` +
-        `w wind, e edges, m masses, ${this.data.scene.faces ? "f faces, " : ""}2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. ` +
+        `w wind, e edges, m masses, ${this.data.scene.faces ? "f faces, " : ""}${this.data.strain ? "s strain, " : ""}2 second integrator, plus, minus and 0 zoom, arrow keys on the picture. ` +
         "Mass is a factor of every particle's; stiffness is a factor, damping is added, of every spring; modulus is a factor of every elastic body's."));
     host.append(this.host);
     this.chart = Report.chart(this.charts, { title: "Energy", xLabel: "t (s)", yLabel: "energy (J)", series: [] });
@@ -426,6 +427,7 @@ Report.Live = class {
       e: click("edges"),
       m: click("masses"),
       f: click("faces"),
+      s: click("strain"),
       2: click("second"),
       "+": () => this.zoom(1.25),
       "=": () => this.zoom(1.25),

@@ -46,11 +46,12 @@ const BYTES: &str = "application/octet-stream";
 const FAULT: &str = "internal error: simulate printed it";
 
 /// The files of the page: name, type and content. The first one is the page itself.
-const FILES: [(&str, &str, &str); 9] = [
+const FILES: [(&str, &str, &str); 10] = [
     ("", "text/html; charset=utf-8", include_str!("live.html")),
     (web::STYLE.0, CSS, web::STYLE.1),
     ("live.css", CSS, include_str!("live.css")),
     (web::BASE.0, SCRIPT, web::BASE.1),
+    (web::STRAIN.0, SCRIPT, web::STRAIN.1),
     (web::STAGE.0, SCRIPT, web::STAGE.1),
     (web::GESTURES.0, SCRIPT, web::GESTURES.1),
     (web::CHART.0, SCRIPT, web::CHART.1),

@@ -91,6 +91,7 @@ Report.Player = class {
     if (data.differences) options.push(option("arrows", "differences", true));
     options.push(option("paths", "paths", false));
     if (data.forces) options.push(option("forces", "forces", false));
+    if (data.strain) options.push(option("strain", "strain", false));
     const how = data.dimension === 3 ? "Drag to turn, with Shift to move" : "Drag to move";
     host.append(
       Report.element("div", { class: "stage" }, this.canvas),

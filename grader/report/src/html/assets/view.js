@@ -24,7 +24,8 @@ Report.View = class {
     this.got = new Float64Array(3 * this.count);
     this.screen = { oracle: new Float64Array(3 * this.count), got: new Float64Array(3 * this.count) };
     this.fixed = new Set(data.fixed);
-    this.options = { ghost: true, arrows: true, paths: false, forces: false };
+    this.options = { ghost: true, arrows: true, paths: false, forces: false, strain: false };
+    this.strain = data.strain ? new Report.Strain(data.strain, data.dimension) : null;
     this.selected = data.firstWrong ? data.firstWrong.particle : null;
     this.theme();
     this.home();
@@ -161,6 +162,8 @@ Report.View = class {
     if (this.data.dimension === 3) this.triad();
     else this.grid();
     const shown = this.place(frame, share);
+    const strained = this.options.strain && this.strain;
+    if (strained) this.strained(shown ? "got" : "oracle");
     if (this.options.paths) this.paths(frame);
     if (this.options.ghost || !shown) {
       // Where the submission agrees to the eye, its lines cover the oracle's.
@@ -175,6 +178,7 @@ Report.View = class {
     const gain = shown && this.options.arrows ? this.arrows(frame, share) : null;
     this.mark(frame, shown);
     this.ruler();
+    if (strained) this.strain.legend(context, 14, 12, this.colors.faint);
     return gain;
   }
 
@@ -213,6 +217,21 @@ Report.View = class {
       });
       context.setLineDash([]);
       context.globalAlpha = 1;
+    }
+  }
+
+  /* The faces of elastic bodies, coloured by strain: the furthest first. */
+  strained(name) {
+    const { context } = this;
+    const [at, from] = [this.screen[name], this[name]];
+    const faces = this.strain.faces((particle) => from.subarray(3 * particle, 3 * particle + 3));
+    const depth = (corners) => corners.reduce((sum, corner) => sum + at[3 * corner + 2], 0);
+    if (this.data.dimension === 3) faces.sort(([, a], [, b]) => depth(a) - depth(b));
+    for (const [color, corners] of faces) {
+      context.fillStyle = `rgb(${color.join()})`;
+      context.beginPath();
+      for (const corner of corners) context.lineTo(at[3 * corner], at[3 * corner + 1]);
+      context.fill();
     }
   }
 

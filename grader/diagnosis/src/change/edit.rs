@@ -277,15 +277,18 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
             swap(across, 2);
         }
         Expression::Sum(terms) => {
+            // The other terms of a formula may hold the same ones as I − n nᵀ.
+            let has_identity = terms.contains(&Expression::Leaf(Leaf::Identity));
+            let of = if has_identity { format!(" of {node}") } else { String::new() };
             for (place, term) in terms.iter().enumerate() {
                 let rest = match without(terms, place) {
                     mut one if one.len() == 1 => one.remove(0),
                     more => Expression::Sum(more),
                 };
-                all.push(Edit::new(rest, format!("lacks {}", bare(term)), 1));
+                all.push(Edit::new(rest, format!("lacks {}{of}", bare(term)), 1));
                 let with = |new: Expression| Expression::Sum(replaced(terms, place, new));
                 let sign = with(term.clone().negated());
-                let words = format!("has {} with the wrong sign", bare(term));
+                let words = format!("has {}{of} with the wrong sign", bare(term));
                 all.push(Edit::new(sign, words, 1));
                 for (factor, often) in [(2.0, "twice"), (0.5, "half")] {
                     let scaled =

@@ -232,7 +232,10 @@ impl Gate {
         let (first, last) = (at.ceil(), at.floor());
         let number = |value: f64| value.to_string().replace('-', "−");
         let more = if above { "more" } else { "less" };
+        let is_with_zero = at.abs() == TINY;
         let than = |what: &str| match above {
+            true if is_with_zero => format!("where {what} is not smaller than 0"),
+            false if is_with_zero => format!("where {what} is not larger than 0"),
             true => format!("where {what} is larger than {}", number(at)),
             false => format!("where {what} is smaller than {}", number(at)),
         };
@@ -302,6 +305,10 @@ impl Gate {
                 true => format!("where it is longer than {name}"),
                 false => format!("where it is shorter than {name}"),
             },
+            Measure::Stretch(_, name) if is_with_zero => match above {
+                true => format!("where it is not shorter than {name}"),
+                false => format!("where it is not longer than {name}"),
+            },
             Measure::Stretch(_, name) => than(&format!("l − {name}")),
             Measure::Deviation(_, name) => {
                 format!("where its length is {more} than {} off {name}", number(at))
@@ -328,12 +335,20 @@ impl Gate {
     }
 }
 
-/// The simplest number between these: 0, or one of few digits.
-pub fn between(low: f64, high: f64) -> f64 {
-    let is_in = |number: f64| low < number && number < high;
-    if is_in(0.0) {
-        return 0.0;
+/// Rounding errors of what is compared with 0.
+const TINY: f64 = 1e-12;
+
+/// The simplest number between these, of a gate that singles out what is above or below it: 0, where 0 itself is not singled
+/// out; [`TINY`] or its negative, where it is; or a number of few digits.
+pub fn between(low: f64, high: f64, above: bool) -> f64 {
+    let sign = |value: f64| if value.abs() < TINY { 0 } else { value.signum() as i32 };
+    match (sign(low), sign(high), above) {
+        (-1, 1, _) | (-1, 0, false) | (0, 1, true) => return 0.0,
+        (0, 1, false) => return TINY,
+        (-1, 0, true) => return -TINY,
+        _ => {}
     }
+    let is_in = |number: f64| low < number && number < high;
     let middle = 0.5 * (low + high);
     let rounded =
         |digits: usize| -> f64 { format!("{middle:.digits$e}").parse().unwrap_or(middle) };
@@ -399,13 +414,18 @@ mod tests {
 
     #[test]
     fn simplest_number_of_an_interval_has_the_fewest_digits() {
-        for (low, high, expected) in [
-            (-3.0, 0.2, 0.0),
-            (1.4997, 1.5022, 1.5),
-            (0.0081, 0.0112, 0.01),
-            (0.123, 0.1249, 0.124),
+        for (low, high, above, expected) in [
+            (-3.0, 0.2, true, 0.0),
+            (1.4997, 1.5022, true, 1.5),
+            (0.0081, 0.0112, false, 0.01),
+            (0.123, 0.1249, false, 0.124),
+            // What is at 0, but for rounding, is on either side.
+            (-2e-5, -1e-17, false, 0.0),
+            (-2e-5, 1e-17, true, -TINY),
+            (1e-17, 2e-5, false, TINY),
+            (0.0, 2e-5, true, 0.0),
         ] {
-            assert_eq!(between(low, high), expected, "{low} to {high}");
+            assert_eq!(between(low, high, above), expected, "{low} to {high}, {above}");
         }
     }
 }

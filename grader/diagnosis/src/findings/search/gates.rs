@@ -239,7 +239,7 @@ fn number(rule: &Rule, scenes: &[Marked<'_>], made: &[Change]) -> Option<f64> {
     let (low, high) = left.into_iter().next()?;
     Some(match rule.measure.is_count() {
         true => (low.floor() + high.ceil()) / 2.0,
-        false => gate::between(low, high),
+        false => gate::between(low, high, rule.above),
     })
 }
 

@@ -339,7 +339,7 @@ impl Gate {
 const TINY: f64 = 1e-12;
 
 /// The simplest number between these, of a gate that singles out what is above or below it: 0, where 0 itself is not singled
-/// out; [`TINY`] or its negative, where it is; or a number of few digits.
+/// out; `TINY` or its negative, where it is; or a number of few digits.
 pub fn between(low: f64, high: f64, above: bool) -> f64 {
     let sign = |value: f64| if value.abs() < TINY { 0 } else { value.signum() as i32 };
     match (sign(low), sign(high), above) {

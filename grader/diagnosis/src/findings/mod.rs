@@ -139,20 +139,14 @@ impl Findings {
         for one in restored.iter().filter(|one| !one.passed) {
             let name = judged[one.number].name;
             let fault = list.iter_mut().find(|finding| finding.features.contains(&one.feature));
-            let fault = fault.map(|fault| {
-                if let Some(layout) = &layout
-                    && let [words] = fault.words.as_mut_slice()
-                    && !words.ends_with(layout)
-                {
-                    *words = format!("{words}: {layout}");
-                }
-                fault
-            });
-            if let Some(fault) =
-                fault.filter(|fault| !fault.scenes.iter().any(|known| known == name))
+            let Some(fault) = fault else { continue };
+            if let Some(layout) = &layout
+                && let [words] = fault.words.as_mut_slice()
+                && !words.ends_with(layout)
             {
-                fault.scenes.push(name.to_owned());
+                *words = format!("{words}: {layout}");
             }
+            fault.add_scenes(vec![name.to_owned()]);
         }
         let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
         let other_roots = other_roots(&mut scenes, &roots);
@@ -459,30 +453,32 @@ fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
     if seen.iter().all(|(_, seen)| seen.is_ne()) {
         return None;
     }
-    let explains = |count: fn(&Scene) -> f64| {
+    let explains = |way: usize| {
         let is_so = |(scene, seen): &(&Scene, Ordering)| {
-            count(scene).total_cmp(&step_count(scene.duration, scene.time_step)) == *seen
+            counts(scene)[way].total_cmp(&step_count(scene.duration, scene.time_step)) == *seen
         };
         seen.iter().all(is_so)
     };
-    let ways: [(&str, fn(&Scene) -> f64); 5] = [
-        ("duration/dt is rounded down", |scene| (scene.duration / scene.time_step).floor()),
-        ("duration/dt is rounded to the nearest integer", |scene| {
-            (scene.duration / scene.time_step).round()
-        }),
-        ("duration/dt is rounded down and 1 is added", |scene| {
-            (scene.duration / scene.time_step).floor() + 1.0
-        }),
-        ("steps end where the sum of all dt reaches the duration", |scene| {
-            summed(scene, |t, end| t < end)
-        }),
-        ("steps end where the sum of all dt exceeds the duration", |scene| {
-            summed(scene, |t, end| t <= end)
-        }),
-    ];
-    let ways = ways.iter().filter(|(_, count)| explains(*count)).map(|(words, _)| *words);
-    let ways: Vec<&str> = ways.collect();
+    let ways: Vec<&str> =
+        (0..WAYS.len()).filter(|way| explains(*way)).map(|way| WAYS[way]).collect();
     (!ways.is_empty()).then(|| format!(", as where {}", ways.join(", or ")))
+}
+
+/// Ways to count steps.
+const WAYS: [&str; 5] = [
+    "duration/dt is rounded down",
+    "duration/dt is rounded to the nearest integer",
+    "duration/dt is rounded down and 1 is added",
+    "steps end where the sum of all dt reaches the duration",
+    "steps end where the sum of all dt exceeds the duration",
+];
+
+/// The number of steps by each of [`WAYS`].
+fn counts(scene: &Scene) -> [f64; 5] {
+    let ratio = scene.duration / scene.time_step;
+    let below = summed(scene, |time, end| time < end);
+    let up_to = summed(scene, |time, end| time <= end);
+    [ratio.floor(), ratio.round(), ratio.floor() + 1.0, below, up_to]
 }
 
 /// Steps that are taken while this holds of the sum of their dt and the duration.

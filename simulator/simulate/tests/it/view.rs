@@ -179,7 +179,7 @@ fn the_page_and_its_files_are_served_and_request_nothing_else() {
     let addresses =
         text.split(['"', '\'']).filter(|word| word.ends_with(".js") || word.ends_with(".css"));
     let files: Vec<&str> = addresses.collect();
-    assert_eq!(files.len(), 8, "{files:?}");
+    assert_eq!(files.len(), 9, "{files:?}");
     for file in files {
         assert_eq!(viewer.get(file).status, 200, "{file}");
     }

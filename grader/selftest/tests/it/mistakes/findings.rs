@@ -157,15 +157,18 @@ impl StateSource for First {
 #[test]
 fn a_wrong_number_of_states_is_told_with_how_steps_are_counted() {
     let Inputs { suite, oracle, rubric } = Inputs::of("t1m3");
-    let ways: [(fn(f64) -> f64, &str); 3] = [
-        (|ratio| ratio.ceil() - 1.0, ""),
-        (f64::floor, ", as where duration/dt is rounded down"),
-        (f64::round, ", as where duration/dt is rounded to the nearest integer"),
-    ];
-    for (count, words) in ways {
+    for (number, words) in [
+        "",
+        ", as where duration/dt is rounded down",
+        ", as where duration/dt is rounded to the nearest integer",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let counted = |ratio: f64| [ratio.ceil() - 1.0, ratio.floor(), ratio.round()][number];
         let grading =
             grading::collect(&suite, String::new(), &oracle, &rubric, |case, criteria| {
-                let left = 1.0 + count(case.scene.duration / case.scene.time_step);
+                let left = 1.0 + counted(case.scene.duration / case.scene.time_step);
                 let states = Box::new(Student::faultless().simulate(&case.scene));
                 grading::judge(case, &oracle, criteria, || Ok(Box::new(First { states, left })))
             });

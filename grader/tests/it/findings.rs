@@ -489,6 +489,15 @@ fn a_force_left_out_keeps_its_jacobians_beside_another_jacobian_that_is_wrong() 
     assert_eq!(named, words, "{found:#?}");
 }
 
+/// By the difference of one velocity with itself, for example.
+#[test]
+fn a_force_left_out_with_one_jacobian_is_no_lack() {
+    let words = "springforce's damping is left out, but for its dF/dv";
+    let found = findings(&[candidate(words)], |states| states);
+    assert_eq!(said(&found), [words], "{found:#?}");
+    assert_eq!(found[0].kind, FindingKind::Cause);
+}
+
 /// Whether a scene is one of this group under explicit Euler.
 fn is_explicit(id: &str, group: &str) -> bool {
     id.strip_prefix(group).is_some_and(|rest| rest.starts_with('/')) && id.ends_with("-explicit")

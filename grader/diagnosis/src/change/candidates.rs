@@ -43,6 +43,23 @@ pub fn omission(term: Term) -> Change {
     }
 }
 
+/// The force left out with one of its Jacobians, as by a relative velocity `v_i − v_i`; of a term with both Jacobians.
+pub fn partial_omissions(term: Term) -> Vec<Change> {
+    let depends_on = term.depends_on();
+    let change = |(quantities, rest): (&'static [Quantity], &str)| Change {
+        place: Place::Force(term),
+        words: format!("{term} is left out, but for its {rest}"),
+        effect: Effect::Factor(term, quantities, Factor::number(0.0)),
+        rank: 1,
+    };
+    let all: [(&'static [Quantity], &str); 2] = [
+        (&[Quantity::Force, Quantity::ByPosition], "dF/dv"),
+        (&[Quantity::Force, Quantity::ByVelocity], "dF/dx"),
+    ];
+    let is_split = depends_on.position && depends_on.velocity;
+    all.into_iter().filter(|_| is_split).map(change).collect()
+}
+
 const FORCE: &[Quantity] = &[Quantity::Force];
 const BY_POSITION: &[Quantity] = &[Quantity::ByPosition];
 const BY_VELOCITY: &[Quantity] = &[Quantity::ByVelocity];
@@ -379,6 +396,7 @@ pub fn groups(term: Term) -> Vec<&'static [Quantity]> {
 
 fn all_of(term: Term) -> Vec<Change> {
     let mut all = vec![omission(term)];
+    all.extend(partial_omissions(term));
     for quantities in groups(term) {
         for number in [-1.0, 0.0, 2.0, 0.5] {
             if number != 0.0 || quantities.len() < 3 {

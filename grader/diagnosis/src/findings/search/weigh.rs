@@ -67,15 +67,19 @@ impl Search<'_> {
             changes.into_par_iter().filter_map(of).collect()
         };
         changes.retain(|change| !made.contains(change));
-        // If the force alone is left out, its Jacobians are there.
+        // If the force alone is left out, or with one Jacobian, the others are there.
         changes.retain(|change| {
             let Place::Force(term) = change.place else { return true };
             let explains = |change: Change| {
                 self.weigh(made, vec![change], false).map_or(0, |one| one.explained.len())
             };
-            !term.schema().depends_on().has_jacobian()
-                || explains(candidates::factor(term, &[Quantity::Force], 0.0))
-                    <= explains(change.clone())
+            if !term.schema().depends_on().has_jacobian() {
+                return true;
+            }
+            let mut parts = candidates::partial_omissions(term);
+            parts.push(candidates::factor(term, &[Quantity::Force], 0.0));
+            let all = explains(change.clone());
+            parts.into_iter().all(|part| explains(part) <= all)
         });
         let mut silent = weighed(silent);
         silent.retain(|one| self.is_in_most(one));

@@ -465,6 +465,13 @@ fn said(found: &[Finding]) -> Vec<&str> {
     found.iter().filter(is_said).flat_map(|finding| &finding.words).map(String::as_str).collect()
 }
 
+/// Asserts that these say what is wrong in these words, which are in alphabetical order.
+fn assert_said(found: &[Finding], words: &[&str]) {
+    let mut named = said(found);
+    named.sort_unstable();
+    assert_eq!(named, words, "{found:#?}");
+}
+
 #[test]
 fn a_method_linearized_at_another_point_is_one_cause_beside_another() {
     let words = [
@@ -472,9 +479,7 @@ fn a_method_linearized_at_another_point_is_one_cause_beside_another() {
         "springforce's damping has w in the place of its part along n",
     ];
     let found = findings(&words.map(candidate), |states| states);
-    let mut named = said(&found);
-    named.sort_unstable();
-    assert_eq!(named, words, "{found:#?}");
+    assert_said(&found, &words);
 }
 
 #[test]
@@ -484,9 +489,7 @@ fn a_force_left_out_keeps_its_jacobians_beside_another_jacobian_that_is_wrong() 
         "springforce's damping is missing",
     ];
     let found = findings(&words.map(candidate), |states| states);
-    let mut named = said(&found);
-    named.sort_unstable();
-    assert_eq!(named, words, "{found:#?}");
+    assert_said(&found, &words);
 }
 
 /// By the difference of one velocity with itself, for example.
@@ -511,9 +514,7 @@ fn a_wrong_reading_and_a_wrong_force_in_the_same_scenes_are_named() {
     ];
     let changes = words.map(candidate);
     let found = findings_in(|id| is_explicit(id, "Spring"), |scene| states(scene, &changes));
-    let mut named = said(&found);
-    named.sort_unstable();
-    assert_eq!(named, words, "{found:#?}");
+    assert_said(&found, &words);
 }
 
 #[test]
@@ -535,9 +536,7 @@ fn wrong_positions_and_a_wrong_hold_in_the_same_scenes_are_named() {
         "steps of linearized-implicit-euler hold fixed particles along x only",
     ];
     let found = findings(&words.map(candidate), |states| states);
-    let mut named = said(&found);
-    named.sort_unstable();
-    assert_eq!(named, words, "{found:#?}");
+    assert_said(&found, &words);
 }
 
 #[test]

@@ -65,15 +65,6 @@ const BY_POSITION: &[Quantity] = &[Quantity::ByPosition];
 const BY_VELOCITY: &[Quantity] = &[Quantity::ByVelocity];
 const JACOBIANS: &[Quantity] = &[Quantity::ByPosition, Quantity::ByVelocity];
 
-/// A quantity by itself.
-fn alone(quantity: Quantity) -> &'static [Quantity] {
-    match quantity {
-        Quantity::Force => FORCE,
-        Quantity::ByPosition => BY_POSITION,
-        Quantity::ByVelocity => BY_VELOCITY,
-    }
-}
-
 /// The components that both dimensions have.
 const XY: [&str; 2] = ["x", "y"];
 
@@ -156,11 +147,6 @@ pub fn integrator_factor(name: &'static str, quantity: Quantity, number: f64) ->
 
 /// The same factor of one Jacobian of each of these terms: a change for each, all in the same words.
 pub fn in_each(terms: &[Term], quantity: Quantity, by: Factor) -> Vec<Change> {
-    let quantities = match quantity {
-        Quantity::Force => FORCE,
-        Quantity::ByPosition => BY_POSITION,
-        Quantity::ByVelocity => BY_VELOCITY,
-    };
     let mut names: Vec<String> = terms.iter().map(Term::to_string).collect();
     let last = names.pop().unwrap_or_default();
     let names = if names.is_empty() { last } else { format!("{} and {last}", names.join(", ")) };
@@ -172,7 +158,7 @@ pub fn in_each(terms: &[Term], quantity: Quantity, by: Factor) -> Vec<Change> {
     let change = |term: &Term| Change {
         place: Place::Jacobian(*term),
         words: format!("{} {what}", name(&names, quantity)),
-        effect: Effect::Factor(*term, quantities, by),
+        effect: Effect::Factor(*term, quantity.alone(), by),
         rank: 1,
     };
     terms.iter().map(change).collect()
@@ -344,7 +330,7 @@ pub fn scaled_block(term: Term, quantity: Quantity, place: [usize; 2], by: f64) 
             name(term, quantity),
             scaled_in_words(term.schema().stencil, place, by)
         ),
-        effect: Effect::Blocks(term, alone(quantity), Blocks::Scaled(row, column, by)),
+        effect: Effect::Blocks(term, quantity.alone(), Blocks::Scaled(row, column, by)),
         rank: 3,
     }
 }
@@ -728,7 +714,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             continue;
         }
         for (blocks, words) in of_stencil(stencil) {
-            add(quantity, &words, Effect::Blocks(term, alone(quantity), blocks), 1);
+            add(quantity, &words, Effect::Blocks(term, quantity.alone(), blocks), 1);
         }
         let of_pair = if is_pair { 0..16 } else { 0..0 };
         for place in of_pair {
@@ -736,7 +722,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             let [row, column] = at.map(|place| names[place]);
             let entry = format!("the {}{} entry of its block {row} {column}", XY[a], XY[b]);
             for (by, words) in [(0.0, "lacks"), (-1.0, "has the wrong sign in")] {
-                let effect = Effect::Blocks(term, alone(quantity), Blocks::Entry(at, [a, b], by));
+                let effect = Effect::Blocks(term, quantity.alone(), Blocks::Entry(at, [a, b], by));
                 add(quantity, &format!("{words} {entry}"), effect, 2);
             }
         }

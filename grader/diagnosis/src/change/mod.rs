@@ -239,6 +239,15 @@ pub enum Quantity {
 impl Quantity {
     /// All.
     pub const ALL: [Self; 3] = [Self::Force, Self::ByPosition, Self::ByVelocity];
+
+    /// A list of this one.
+    fn alone(self) -> &'static [Self] {
+        match self {
+            Self::Force => &[Self::Force],
+            Self::ByPosition => &[Self::ByPosition],
+            Self::ByVelocity => &[Self::ByVelocity],
+        }
+    }
 }
 
 /// Where a change is made.
@@ -330,11 +339,7 @@ impl Effect {
             | Self::Masses(_, quantities, _) => quantities,
             Self::Formula(_, quantity, _)
             | Self::Axes(_, quantity, _)
-            | Self::Particles(_, quantity, _) => match quantity {
-                Quantity::Force => &[Quantity::Force],
-                Quantity::ByPosition => &[Quantity::ByPosition],
-                Quantity::ByVelocity => &[Quantity::ByVelocity],
-            },
+            | Self::Particles(_, quantity, _) => quantity.alone(),
             Self::Ends(..) => &[Quantity::Force],
             Self::Derived(..) | Self::Length(..) | Self::Read(..) => &Quantity::ALL,
             Self::Method(..)

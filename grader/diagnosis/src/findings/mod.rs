@@ -448,19 +448,19 @@ fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
         Some(Kind::StateTooMany) => Some(Ordering::Greater),
         _ => None,
     };
-    let seen: Vec<(&Scene, Ordering)> =
-        scenes.iter().filter_map(|scene| Some((scene.judged.scene, seen(scene)?))).collect();
-    if seen.iter().all(|(_, seen)| seen.is_ne()) {
+    if !scenes.iter().any(|scene| seen(scene) == Some(Ordering::Equal)) {
         return None;
     }
-    let explains = |way: usize| {
-        let is_so = |(scene, seen): &(&Scene, Ordering)| {
-            counts(scene)[way].total_cmp(&step_count(scene.duration, scene.time_step)) == *seen
-        };
-        seen.iter().all(is_so)
-    };
-    let ways: Vec<&str> =
-        (0..WAYS.len()).filter(|way| explains(*way)).map(|way| WAYS[way]).collect();
+    let mut explains = [true; WAYS.len()];
+    for (scene, seen) in scenes.iter().filter_map(|scene| Some((scene.judged.scene, seen(scene)?)))
+    {
+        let right = step_count(scene.duration, scene.time_step);
+        for (explains, count) in explains.iter_mut().zip(counts(scene)) {
+            *explains &= count.total_cmp(&right) == seen;
+        }
+    }
+    let ways = WAYS.into_iter().zip(explains).filter(|(_, explains)| *explains);
+    let ways: Vec<&str> = ways.map(|(words, _)| words).collect();
     (!ways.is_empty()).then(|| format!(", as where {}", ways.join(", or ")))
 }
 
@@ -474,7 +474,7 @@ const WAYS: [&str; 5] = [
 ];
 
 /// The number of steps by each of [`WAYS`].
-fn counts(scene: &Scene) -> [f64; 5] {
+fn counts(scene: &Scene) -> [f64; WAYS.len()] {
     let ratio = scene.duration / scene.time_step;
     let below = summed(scene, |time, end| time < end);
     let up_to = summed(scene, |time, end| time <= end);
@@ -483,8 +483,9 @@ fn counts(scene: &Scene) -> [f64; 5] {
 
 /// Steps that are taken while this holds of the sum of their dt and the duration.
 fn summed(scene: &Scene, goes_on: fn(f64, f64) -> bool) -> f64 {
+    let right = step_count(scene.duration, scene.time_step);
     let (mut time, mut count) = (0.0, 0.0);
-    while goes_on(time, scene.duration) && count <= step_count(scene.duration, scene.time_step) {
+    while goes_on(time, scene.duration) && count <= right {
         time += scene.time_step;
         count += 1.0;
     }

@@ -104,12 +104,11 @@ impl Layout {
     fn beside(self, other: Self) -> String {
         let mut all = Vec::new();
         if self.loops != other.loops || self.velocities_first != other.velocities_first {
-            let [first, second] = match self.velocities_first {
-                false => ["positions", "velocities"],
-                true => ["velocities", "positions"],
-            };
-            let each = |name: &str| name.trim_end_matches('s').replace("velocitie", "velocity");
-            let [one, two] = [first, second].map(each);
+            let mut names = [("positions", "position"), ("velocities", "velocity")];
+            if self.velocities_first {
+                names.reverse();
+            }
+            let [(first, one), (second, two)] = names;
             all.push(match self.loops {
                 [0, 1, 2] => format!("all {first} stand before all {second}"),
                 [0, 2, 1] => format!("all {first} stand before all {second}, each axis by axis"),

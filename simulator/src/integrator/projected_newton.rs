@@ -142,7 +142,7 @@ pub(super) static KIND: IntegratorKind = IntegratorKind {
 
 fn refuses(force: &ForceElement) -> Option<Refusal> {
     let refusal = Refusal {
-        because: "is the gradient of no energy and no dissipation function, and there is nothing to minimise",
+        because: "has a part that is the gradient of no energy, nor of a dissipation function of velocities alone",
         remedy: "leave the force (or its damping) out, or use implicit-euler",
     };
     (!force.is_variational()).then_some(refusal)

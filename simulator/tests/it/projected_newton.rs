@@ -307,7 +307,7 @@ fn a_force_without_a_potential_is_refused_by_name_and_place() {
         );
         let parsed = xml::parse(&text, "scene.xml", &vocabulary(), &ParseOptions::default());
         let expected = format!(
-            "scene.xml:5:3: projected-newton cannot simulate this <{tag}>, because it is the gradient of no energy and no dissipation function, and there is nothing to minimise\n  help: leave the force (or its damping) out, or use implicit-euler"
+            "scene.xml:5:3: projected-newton cannot simulate this <{tag}>, because it has a part that is the gradient of no energy, nor of a dissipation function of velocities alone\n  help: leave the force (or its damping) out, or use implicit-euler"
         );
         assert_eq!(parsed.unwrap_err().to_string(), expected);
     }

@@ -284,7 +284,7 @@ enum Digits {
 }
 
 impl Digits {
-    /// This multiple of a number in decimal notation.
+    /// This multiple of a number in decimal notation; of few digits, the next number if it is rounded to the original.
     fn multiple(self, factor: f64, original: f64) -> String {
         let value = factor * original;
         let decimals =
@@ -295,9 +295,13 @@ impl Digits {
         // The shortest form has no trailing zeros.
         let own = original.to_string();
         let own = own.split_once('.').map_or(0, |(_, fraction)| fraction.len());
-        let rounded = (own.max(decimals(2.0))..).map(|decimals| format!("{value:.decimals$}"));
-        let mut other = rounded.filter(|text| text.parse() != Ok(original));
-        other.next().unwrap_or_default()
+        let decimals = own.max(decimals(2.0));
+        let rounded = format!("{value:.decimals$}");
+        if rounded.parse() != Ok(original) {
+            return rounded;
+        }
+        let unit = 0.1_f64.powi(decimals as i32).copysign(original);
+        format!("{:.decimals$}", original + unit)
     }
 }
 

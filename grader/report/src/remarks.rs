@@ -87,7 +87,8 @@ pub(crate) fn wrong_steps(grading: &Grading, is_named: impl Fn(&str) -> bool) ->
     let method = probing.spaces.iter().find_map(|space| space.implicit.as_ref().ok())?;
     (!tags.is_empty()).then(|| {
         format!(
-            "single steps with {} are not those of {method}, whatever the Jacobians: the method, its matrix or its solver",
+            "single steps with {} are not those of {method} with any Jacobian of two particles: the method, its \
+             matrix (masses; Jacobians in wrong rows, or of some elements alone) or its solver",
             tags.join(", ")
         )
     })

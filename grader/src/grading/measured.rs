@@ -1,13 +1,17 @@
 //! What the probe calls wrong, held against the findings: single steps cannot tell a mistake of the method, of the output or
 //! of what all forces need from one of every force.
 
-use diagnosis::findings::{Feature, Finding, FindingKind};
+use std::collections::BTreeSet;
 
-use crate::probe::Probing;
+use diagnosis::findings::{Feature, Finding, FindingKind};
+use scene::Dimension;
+use scene::schema::Masses;
+
+use crate::probe::{PartReport, Probing, Verdict};
 
 /// Takes back what is called wrong of a force that no finding names, where a finding explains it: wrong numbers in the
 /// output, or a proven mistake of the method whose steps measure it, or of the reading, the precision or the functions that
-/// every step needs.
+/// every step needs. Where every force is wrong, something that all forces need may be.
 pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
     let is_of_all = |feature: &Feature| {
         matches!(feature, Feature::Reading | Feature::Helpers | Feature::Precision)
@@ -18,6 +22,15 @@ pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
         _ => false,
     };
     let of_all = findings.iter().find(explains_all);
+    let is_doubtful = |dimension| {
+        let in_space = probing.parts.iter().filter(|part| part.dimension == dimension);
+        let measured: Vec<&PartReport> = in_space.filter(|part| shows_masses(part)).collect();
+        let forces: BTreeSet<&str> = measured.iter().map(|part| part.force).collect();
+        let is_wrong = |part: &&PartReport| part.force_finding.verdict == Verdict::Wrong;
+        forces.len() > 1 && measured.iter().all(is_wrong)
+    };
+    let doubtful =
+        [Dimension::Two, Dimension::Three].map(|dimension| (dimension, is_doubtful(dimension)));
     for part in &mut probing.parts {
         let is_named = |feature: &Feature| match feature {
             Feature::Force(named) | Feature::Jacobian(named) => named.tag() == part.force,
@@ -47,7 +60,17 @@ pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
         } else if let Some(finding) = of_method(implicit) {
             part.take_back(false, &finding.sentence());
         }
+        if doubtful.contains(&(part.dimension, true)) {
+            part.take_back(true, "every force is wrong: masses, or the sum of all forces, may be");
+        }
     }
+}
+
+/// Whether a wrong mass would show in a measured force: a force that is proportional to it hides it.
+fn shows_masses(part: &PartReport) -> bool {
+    let kind = simulator::vocabulary().force(part.force);
+    kind.is_some_and(|schema| schema.masses != Masses::Own)
+        && part.force_finding.verdict != Verdict::NotOffered
 }
 
 #[cfg(test)]
@@ -56,11 +79,11 @@ mod tests {
 
     use super::*;
     use crate::boundary::printed::Untrusted;
-    use crate::probe::{BuiltIn, Stepper, Verdict, probe};
+    use crate::probe::{BuiltIn, Stepper, probe};
     use crate::verdict::Failure;
     use diagnosis::findings::Part;
 
-    /// Explicit Euler that does not divide by the mass.
+    /// Explicit Euler that does not divide by the mass, but in scenes with gravitation.
     struct Undivided;
 
     impl Stepper for Undivided {
@@ -70,7 +93,9 @@ mod tests {
 
         fn step(&self, scene: &Scene, integrator: &str) -> Result<Vec<f64>, Failure> {
             let mut velocities = BuiltIn.step(scene, integrator)?;
-            if integrator != "explicit-euler" {
+            let has_gravitation =
+                scene.forces.iter().any(|element| element.schema.tag == "gravitationalforce");
+            if integrator != "explicit-euler" || has_gravitation {
                 return Ok(velocities);
             }
             let count = scene.dimension.count();
@@ -95,18 +120,22 @@ mod tests {
         }
     }
 
+    /// The forces called wrong of a program with these forces, where findings are known.
+    fn wrong(probing: &Probing, findings: &[Finding]) -> Vec<&'static str> {
+        let mut probing = probing.clone();
+        take_back(&mut probing, findings);
+        let is_wrong = |part: &&PartReport| part.force_finding.verdict == Verdict::Wrong;
+        let mut forces: Vec<_> =
+            probing.parts.iter().filter(is_wrong).map(|part| part.force).collect();
+        forces.dedup();
+        forces
+    }
+
     #[test]
     fn a_mistake_of_the_method_is_not_called_one_of_every_force() {
-        let probing = probe(&Undivided, |tag, _| ["dragdamping", "springforce"].contains(&tag));
-        let wrong = |findings: &[Finding]| {
-            let mut probing = probing.clone();
-            take_back(&mut probing, findings);
-            let is_wrong = |part: &&crate::probe::PartReport| part.verdict() == Verdict::Wrong;
-            let mut forces: Vec<_> =
-                probing.parts.iter().filter(is_wrong).map(|part| part.force).collect();
-            forces.dedup();
-            forces
-        };
+        let tags = ["gravitationalforce", "dragdamping", "springforce"];
+        let probing = probe(&Undivided, |tag, _| tags.contains(&tag));
+        let wrong = |findings: &[Finding]| wrong(&probing, findings);
         assert_eq!(wrong(&[]), ["springforce", "dragdamping", "springforce", "dragdamping"]);
         assert!(wrong(&[cause(Feature::Integrator("explicit-euler"))]).is_empty());
         let both = [
@@ -118,5 +147,15 @@ mod tests {
         // Implicit steps don't measure a force.
         let implicit = cause(Feature::Integrator("linearized-implicit-euler"));
         assert_eq!(wrong(&[implicit]).len(), 4);
+    }
+
+    #[test]
+    fn where_every_force_is_wrong_none_is_called_so() {
+        let of = |tags: &[&str]| {
+            wrong(&probe(&Undivided, |tag, of| of == Dimension::Two && tags.contains(&tag)), &[])
+        };
+        assert!(of(&["springforce", "dragdamping"]).is_empty());
+        assert_eq!(of(&["springforce"]), ["springforce"]);
+        assert_eq!(of(&["springforce", "gravitationalforce"]), ["springforce"]);
     }
 }

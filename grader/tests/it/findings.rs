@@ -3,7 +3,7 @@
 use diagnosis::change::candidates;
 use diagnosis::change::gate::{Gate, Measure};
 use diagnosis::change::{Change, Memory, Model, Quantity, Term};
-use diagnosis::findings::{Finding, FindingKind};
+use diagnosis::findings::{Feature, Finding, FindingKind};
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
@@ -201,7 +201,7 @@ const CHANGES: &[&str] = &[
     "linearized-implicit-euler: the solution of the linear system is taken for the new velocity, not its change",
     "linearized-implicit-euler: the linear system is solved by 5 sweeps of Gauss and Seidel's method, from 0",
     "linearized-implicit-euler: the linear system is solved by conjugate gradients, which need a symmetric matrix",
-    "implicit-euler: Newton's method evaluates forces and Jacobians at the positions x + h v of its start in every iteration",
+    "implicit-euler: Newton's method evaluates forces at the positions x + h v of its start in every iteration",
     "implicit-euler: Newton's method stops at an update of 1e-2 and does not apply the last one",
     "implicit-euler: Newton's method applies half of each update and ends after 10",
     "steps of implicit-euler hold the unknown i of fixed particle i, and no other",
@@ -623,6 +623,41 @@ fn programs_without_forces_and_with_fixed_particles_alone_are_not_told_apart() {
         states(scene, &changes)
     });
     assert_eq!(without, found);
+}
+
+fn has_force(scene: &Scene, tag: &str) -> bool {
+    scene.forces.iter().any(|element| element.schema.tag == tag)
+}
+
+#[test]
+fn a_mistake_beside_first_states_read_wrongly_is_named() {
+    let change = candidate("gravitationalforce lacks the factor m_i");
+    let found = findings_of(|scene| {
+        let mut seen = scene.clone();
+        for particle in &mut seen.particles {
+            particle.velocity[1] = particle.velocity[0];
+        }
+        states(&seen, std::slice::from_ref(&change))
+    });
+    let sentences: Vec<String> = found.iter().map(Finding::sentence).collect();
+    assert_eq!(sentences, ["reading the scene: wrong initial state", change.words.as_str()]);
+}
+
+#[test]
+fn implicit_euler_is_not_to_be_looked_at_beside_a_wrong_solver() {
+    let slip = "linearized-implicit-euler: the linear system is solved by 10 sweeps of Gauss and Seidel's method, from 0";
+    let change = [candidate(slip)];
+    let is_wrong = |scene: &Scene| {
+        let has_springs = scene.particles.len() > 2 && has_force(scene, "springforce");
+        scene.integrator.name == "implicit-euler" && has_springs
+    };
+    let found = findings_of(|scene| match is_wrong(scene) {
+        true => disturbed(states(scene, &[])),
+        false => states(scene, &change),
+    });
+    assert!(found.iter().any(|finding| finding.words == [slip]), "{found:#?}");
+    let newton = Feature::Integrator("implicit-euler");
+    assert!(!found.iter().any(|finding| finding.features.contains(&newton)), "{found:#?}");
 }
 
 /// Whether some scenes are chosen: half of them, whatever is in them.

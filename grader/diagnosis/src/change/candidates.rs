@@ -1200,7 +1200,7 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
             ([true, true], "x + h v and v"),
         ] {
             let words = format!(
-                "Newton's method evaluates forces and Jacobians at {what} of its start in every iteration"
+                "Newton's method evaluates forces at {what} of its start in every iteration"
             );
             all.push(change(Rule::Unmoved { positions, velocities }, 1, words));
         }
@@ -1208,7 +1208,9 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
         all.extend(ends.map(|(newton, rank, words)| change(Rule::Newton(newton), rank, words)));
     }
     for count in [2, 3] {
-        let words = format!("{count} steps are made in the place of one");
+        let words = format!(
+            "{count} steps are made in the place of one, or one state in {count} is written"
+        );
         all.push(change(Rule::Repeated(count), 3, words));
     }
     for count in [2, 3, 4, 5, 10, 20] {

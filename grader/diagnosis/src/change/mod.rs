@@ -203,6 +203,28 @@ impl Change {
         self.effect == Effect::Scene(SceneRule::Fixed { exchanged: false })
     }
 
+    /// Whether it is in a method's linear system or in its solver, which a program has once for all its methods that need one.
+    pub(crate) fn is_of_system(&self) -> bool {
+        let Effect::Method(_, rule) = &self.effect else { return false };
+        matches!(
+            rule,
+            Rule::Matrix(..)
+                | Rule::Matrices(_)
+                | Rule::Inertia { .. }
+                | Rule::MassAt(_)
+                | Rule::ColumnMasses
+                | Rule::Entries(_)
+                | Rule::Blocks(_)
+                | Rule::Diagonal(_)
+                | Rule::Solver(_)
+        )
+    }
+
+    /// Whether it is in the masses of a method's velocity update or matrix.
+    pub(crate) fn is_of_masses(&self) -> bool {
+        matches!(&self.effect, Effect::Method(_, Rule::MassAt(_)))
+    }
+
     /// Whether two statements of a step stand in the wrong order: the method is there.
     pub(crate) fn is_order_of_updates(&self) -> bool {
         let is_either =

@@ -17,6 +17,7 @@ use scene::schema::Convergence;
 use scene::trace::State;
 use scene::{Rendering, Scene};
 
+use super::FEW;
 use super::form::Kind;
 use super::judged::{JudgedScene, Outcome};
 use super::scope::Failing;
@@ -395,6 +396,28 @@ pub(super) fn settle_last_states(scenes: &mut [SceneEvidence<'_>]) {
         for scene in scenes.iter_mut().filter(|one| one.kind == Some(Kind::NotFiniteAtLast)) {
             scene.kind = Some(Kind::Wrong);
         }
+    }
+}
+
+/// Where most wrong first states are states that the program goes on from, all are, whatever their numbers look like: a step
+/// with another mistake in it does not follow from its first state.
+pub(super) fn settle_first_states(scenes: &mut [SceneEvidence<'_>]) {
+    let is_wrong = |scene: &SceneEvidence<'_>| {
+        scene.kind.is_some() && scene.judged.first_wrong.is_some_and(|first| first.step == 0)
+    };
+    let count = |kind: Option<Kind>| {
+        let of_kind = |scene: &&SceneEvidence<'_>| {
+            is_wrong(scene) && kind.as_ref().is_none_or(|kind| scene.kind.as_ref() == Some(kind))
+        };
+        scenes.iter().filter(of_kind).count()
+    };
+    let [read, written, open] =
+        [Kind::InitialState, Kind::InitialWritten, Kind::InitialOpen].map(|kind| count(Some(kind)));
+    if read < FEW || written > 0 || 4 * read < 3 * (count(None) - open) {
+        return;
+    }
+    for scene in scenes.iter_mut().filter(|scene| is_wrong(scene)) {
+        scene.kind = Some(Kind::InitialState);
     }
 }
 

@@ -152,7 +152,7 @@ impl Finding {
         let open = match self.open {
             0 => String::new(),
             open => format!(
-                "; {open} more say nothing of it, as Newton's method hardly converges with this mistake"
+                "; {open} more say nothing of it, as Newton's method hardly converges with the mistakes found"
             ),
         };
         let evidence = match self.kind {

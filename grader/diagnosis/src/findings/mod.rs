@@ -34,7 +34,7 @@ use std::collections::BTreeSet;
 
 use crate::change::{Change, Place, Term, rounds};
 use rayon::prelude::*;
-use scene::schema::{Convergence, Matrix};
+use scene::schema::{Convergence, Masses, Matrix};
 use scene::{ForceElement, Scene, step_count};
 use simulator::force;
 use simulator::integrator;
@@ -118,6 +118,7 @@ impl Findings {
         let evidence = judged.par_iter().map(|judged| SceneEvidence::of(judged, limits));
         let mut evidence: Vec<SceneEvidence<'_>> = evidence.collect();
         evidence::settle_last_states(&mut evidence);
+        evidence::settle_first_states(&mut evidence);
         let mut scenes: Vec<Marked<'_>> = evidence.iter().map(Marked::new).collect();
         // A message of the compiler is in the report already.
         if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
@@ -151,11 +152,13 @@ impl Findings {
         let roots: Vec<Option<u64>> = scenes.par_iter().map(other_root).collect();
         let other_roots = other_roots(&mut scenes, &roots);
         let Assignment { mut scenes, causes } = search::causes(&scenes, limits);
-        // A wrong Jacobian leads Newton's method elsewhere.
+        // A wrong matrix leads Newton's method elsewhere.
         let has_wrong_jacobian = scenes
             .iter()
             .any(|scene| scene.is_suspect() && !scene.explained && is_linearized(scene));
-        let is_known = |cause: &Cause| matches!(cause.change().place, Place::Jacobian(_));
+        let is_known = |cause: &Cause| {
+            matches!(cause.change().place, Place::Jacobian(_)) || cause.change().is_of_system()
+        };
         if !has_wrong_jacobian && !causes.iter().any(is_known) {
             list.extend(other_roots);
         }
@@ -169,18 +172,35 @@ impl Findings {
             .map(|cause| cause.change().place.into())
             .collect();
         let is_of_lacking = |place: Place| matches!(place, Place::FixedUnder(name) if lacking.contains(&Feature::Integrator(name)));
-        for cause in causes.iter().filter(|cause| !is_of_lacking(cause.change().place)) {
-            let exceptions = exceptions(cause, &scenes, &to_look_at, &shared);
-            // The words of a change with a number, or of one that explains the fewer scenes, are said only if it is proven.
-            let is_vague =
-                cause.change().rank >= limits.far_fetched || cause.scenes.len() <= exceptions;
-            let kind = match exceptions {
+        let said: Vec<&Cause> =
+            causes.iter().filter(|cause| !is_of_lacking(cause.change().place)).collect();
+        let exceptions: Vec<Vec<usize>> =
+            said.iter().map(|cause| exceptions(cause, &scenes, &to_look_at, &shared)).collect();
+        let of_each = said.iter().zip(&exceptions);
+        let mut kinds: Vec<FindingKind> = of_each
+            .map(|(cause, exceptions)| match exceptions.as_slice() {
                 _ if is_lack(cause, &causes) => FindingKind::NotImplemented,
-                0 => FindingKind::Cause,
-                _ if is_vague => FindingKind::Feature,
+                [] => FindingKind::Cause,
+                _ if is_vague(cause, exceptions, &scenes, limits) => FindingKind::Feature,
                 _ => FindingKind::Possible,
-            };
-            let finding = of_cause(cause, kind, &scenes, exceptions);
+            })
+            .collect();
+        // What is not proven and acts only beside what is not said is not said either.
+        let silent: Vec<&Cause> = said
+            .iter()
+            .zip(&kinds)
+            .filter(|(_, kind)| **kind == FindingKind::Feature)
+            .map(|(cause, _)| *cause)
+            .collect();
+        for (cause, kind) in said.iter().zip(&mut kinds) {
+            let is_beside = |other: &Cause| cause.scenes.iter().all(|n| other.scenes.contains(n));
+            if *kind == FindingKind::Possible && silent.iter().any(|other| is_beside(other)) {
+                *kind = FindingKind::Feature;
+            }
+        }
+        say_less(&mut to_look_at, &causes);
+        for ((cause, kind), exceptions) in said.into_iter().zip(kinds).zip(exceptions) {
+            let finding = of_cause(cause, kind, &scenes, exceptions.len());
             if finding.kind != FindingKind::Feature {
                 list.push(finding);
                 continue;
@@ -330,7 +350,7 @@ fn exceptions(
     scenes: &[Marked<'_>],
     to_look_at: &[Finding],
     shared: &[Shared],
-) -> usize {
+) -> Vec<usize> {
     let own = Feature::from(cause.change().place);
     let is_excused = |number: &&usize| {
         let has_it = |finding: &Finding| {
@@ -340,7 +360,44 @@ fn exceptions(
         let mut apart = shared.iter().filter(|one| one.apart.is_some() && one.apart != Some(own));
         others.any(has_it) || apart.any(|one| has_it(&one.finding))
     };
-    cause.unexplained.iter().filter(|number| !is_excused(number)).count()
+    cause.unexplained.iter().filter(|number| !is_excused(number)).copied().collect()
+}
+
+/// Whether a cause is not said unless it is proven: one with a number, one that explains the fewer scenes, or one that is wrong
+/// in half as many as it explains although these have all that is in them.
+fn is_vague(
+    cause: &Cause,
+    exceptions: &[usize],
+    scenes: &[Marked<'_>],
+    limits: &Thresholds,
+) -> bool {
+    let is_refuting = |number: &&usize| {
+        let inner = &scenes[**number].scene;
+        cause.scenes.iter().any(|outer| search::is_within(inner, &scenes[*outer].scene))
+    };
+    let explained = cause.scenes.len();
+    cause.change().rank >= limits.far_fetched
+        || explained <= exceptions.len()
+        || explained < 2 * exceptions.iter().filter(is_refuting).count()
+}
+
+/// Says less of features where a cause explains other scenes of them. If a force is wrong, its Jacobian may be right and fit no
+/// more. If masses are read wrongly, what they are a factor of may be right.
+fn say_less(to_look_at: &mut Vec<Finding>, causes: &[Cause]) {
+    let has_wrong_masses = causes.iter().any(|cause| cause.change().is_of_masses());
+    let is_of_masses = |feature: &Feature| match feature {
+        Feature::Force(part) => part.schema().masses != Masses::None,
+        _ => false,
+    };
+    to_look_at.retain(|finding| !(has_wrong_masses && finding.features.iter().any(is_of_masses)));
+    for finding in to_look_at {
+        let [Feature::Jacobian(part)] = finding.features[..] else { continue };
+        let force = Feature::Force(part);
+        if causes.iter().any(|cause| Feature::from(cause.change().place) == force) {
+            finding.features = vec![force];
+            finding.words = vec![force.to_string()];
+        }
+    }
 }
 
 /// The finding on a cause, of this kind. The words of a mere feature are no change.
@@ -593,10 +650,12 @@ fn features(scenes: &[Marked<'_>], causes: &[Cause]) -> Vec<Finding> {
     // A wrong Jacobian leads Newton's method astray. One step of it, in a scene that passed, shows a right one.
     let passed = scenes.iter().filter(|scene| scene.passed && is_linearized(scene));
     let known: BTreeSet<Term> = passed.flat_map(|scene| terms(scene.judged.scene)).collect();
+    // So does a wrong linear system or solver that is found in another method.
+    let is_of_system = made.iter().any(Change::is_of_system);
     found.retain(|(feature, _, numbers)| {
         let is_open = |number: &usize| {
             let scene = failing[*number];
-            scene.is_newton() && !terms(scene.judged.scene).is_subset(&known)
+            scene.is_newton() && (is_of_system || !terms(scene.judged.scene).is_subset(&known))
         };
         !(matches!(feature, Feature::Integrator(_)) && numbers.iter().any(is_open))
     });

@@ -156,11 +156,18 @@ fn write_findings(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     super::write_tasks(out, &grading.findings)
 }
 
-/// The scene that shows a finding most simply; `None` if its scenes are not shipped.
+/// The scene that shows a finding most simply; `None` if its scenes are not shipped. A wrong first state shows the fault of the
+/// output that is in it, and no other mistake.
 fn example<'a>(grading: &'a Grading, finding: &Finding) -> Option<&'a SceneResult> {
     let is_its = |scene: &&SceneResult| finding.scenes.contains(&scene.id);
+    let faults = || grading.findings.list.iter().filter(|one| one.kind == FindingKind::Output);
+    let shows_it = |scene: &&SceneResult| {
+        let is_first = scene.comparison.first_wrong.as_ref().is_some_and(|f| f.place.step == 0);
+        let has_fault = || faults().any(|fault| fault.scenes.contains(&scene.id));
+        finding.kind == FindingKind::Output || !is_first || !has_fault()
+    };
     let failed = remarks::scenes(grading).filter(|scene| !scene.comparison.verdict.is_pass());
-    simplest(grading, &failed.filter(is_its).collect::<Vec<_>>())
+    simplest(grading, &failed.filter(is_its).filter(shows_it).collect::<Vec<_>>())
 }
 
 /// The simplest of these scenes: a required one, with numbers, few terms and particles, and wrong from an early step on.

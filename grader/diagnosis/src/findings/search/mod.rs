@@ -517,12 +517,6 @@ impl<'a> Search<'a> {
     /// Whether more scenes refute a mistake than it explains. A scene refutes one if nothing explains it, and all its terms and
     /// rules are in a scene that the mistake explains: nothing else can be wrong there.
     fn is_refuted(&self, cause: &Cause) -> bool {
-        let is_within = |inner: &Scene, outer: &Scene| {
-            let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
-            inner.integrator.name == outer.integrator.name
-                && super::terms(inner).is_subset(&super::terms(outer))
-                && (has_fixed(outer) || !has_fixed(inner))
-        };
         let acts = |scene: &&Marked<'_>| cause.change().must_act_in(&scene.scene);
         let refuting =
             self.scenes.iter().filter(|scene| scene.is_left()).filter(acts).filter(|left| {
@@ -591,6 +585,14 @@ impl<'a> Search<'a> {
             others.partition(|scene| scene.is_left());
         !is_of_method && right.is_empty() && wrong.len() > cause.scenes.len()
     }
+}
+
+/// Whether all terms and rules of a scene are in another one.
+pub(super) fn is_within(inner: &Scene, outer: &Scene) -> bool {
+    let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
+    inner.integrator.name == outer.integrator.name
+        && super::terms(inner).is_subset(&super::terms(outer))
+        && (has_fixed(outer) || !has_fixed(inner))
 }
 
 /// Whether Newton's method converges slowly or not at all in a scene with these changes.

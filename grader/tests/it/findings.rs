@@ -212,6 +212,34 @@ const CHANGES: &[&str] = &[
     "fixed particles have the mass 1e6",
     "linearized-implicit-euler: the matrix has M⁻¹ in the place of M",
     "explicit-euler: positions move with the mean of the old and the new velocity",
+    "in all forces, each Jacobian is added from row i and column j on for particles i and j, as if each had one coordinate",
+    "in all forces, each Jacobian has its blocks of each particle by itself transposed",
+    "dF/dv of dragdamping has the yy entry of its blocks added to the xx entry",
+    "simplegravity does not act on the last particle along y",
+    "every mass is that of the last particle",
+    "springforce reads k at the number of its edge, not its own, in forces alone",
+    "each springforce acts on the next edge, whatever its edge attribute; those beyond the last edge have no effect, in both Jacobians alone",
+    "the first force of a scene is left out, in dF/dx alone",
+    "of springforce, only as many as there are edges have an effect, in forces alone",
+    "dF/dx of springforce is assigned to its blocks between the two particles, not added",
+    "edges are sorted by their particles, which gives them other numbers",
+    "springforce takes the initial distance of its particles for l0 where that is 0",
+    "steps of explicit-euler clear the components i, i + 1 of the force for fixed particle i",
+    "steps of symplectic-euler end their loop at the first fixed particle: forces change no velocity from there on",
+    "steps of linearized-implicit-euler add the velocities of fixed particles to themselves in each step",
+    "linearized-implicit-euler: the solution of the linear system is taken for the new velocity of free particles",
+    "linearized-implicit-euler: forces and Jacobians are evaluated at 2 x + h v, not x + h v",
+    "linearized-implicit-euler: forces and Jacobians are evaluated at x + h v/2, not x + h v",
+    "linearized-implicit-euler: x + h v has x of the velocities in the place of y where forces are evaluated",
+    "linearized-implicit-euler: dF/dx is in the place of dF/dv in the matrix",
+    "explicit-euler: forces are evaluated with vx in the place of vy",
+    "symplectic-euler: forces along y are those along x",
+    "symplectic-euler: positions along y move with the old velocity, not the new one",
+    "symplectic-euler: between steps, only x of the forces is set to zero; the rest adds up",
+    "implicit-euler: Newton's method adds each update to the velocities of its start, and ends after 100 iterations",
+    "implicit-euler: Newton's method moves positions on in every iteration, not from x, and ends after 100 iterations",
+    "implicit-euler: Newton's method starts from zero velocities, of fixed particles as well",
+    "implicit-euler: Newton's method makes no iteration after the first step",
 ];
 
 /// Plants so many of the changes, one at a time.
@@ -527,6 +555,50 @@ fn elements_that_differ_beside_wrong_positions_are_named() {
     let named = said(&found);
     assert!(changes.iter().all(|change| named.contains(&&*change.words)), "{found:#?}");
     assert_eq!(named.len(), 2, "{found:#?}");
+}
+
+#[test]
+fn what_is_read_of_particles_is_named_and_mistakes_are_looked_for_beside_it() {
+    let other = "gravitationalforce has no effect where one of its particles is fixed";
+    let change = [candidate(other)];
+    let found = findings_of(|scene| {
+        let mut read = scene.clone();
+        read.particles.iter_mut().for_each(|one| one.velocity[1] = one.velocity[0]);
+        states(&read, &change)
+    });
+    assert_said(&found, &[other, "reading the scene: vx is read for vy"]);
+}
+
+#[test]
+fn a_time_step_that_differs_in_each_scene_is_named() {
+    let evenly = |scene: &Scene| scene.duration / scene.n_steps() as f64;
+    let rounded = |scene: &Scene| (scene.time_step * 1e3).round() / 1e3;
+    for (words, rule) in [
+        ("dt is the duration divided by the number of steps", evenly as fn(&Scene) -> f64),
+        ("dt is rounded to 3 decimals", rounded),
+    ] {
+        let found = findings_of(|scene| {
+            let mut read = scene.clone();
+            read.time_step = rule(scene);
+            let mut all = states(&read, &[]);
+            let timed = all.iter_mut().enumerate();
+            timed.for_each(|(number, state)| state.time = Some(number as f64 * read.time_step));
+            all
+        });
+        assert_said(&found, &[words]);
+    }
+}
+
+#[test]
+fn a_state_too_many_in_every_scene_is_told_from_other_counts() {
+    let found = findings(&[], |mut states| {
+        states.extend(states.last().cloned());
+        states
+    });
+    let [Finding { kind: FindingKind::Output, words, .. }] = found.as_slice() else {
+        panic!("{found:#?}");
+    };
+    assert!(words[0].ends_with("as where duration/dt is rounded up and 1 is added"), "{words:?}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
-use scene::schema::{Masses, ParameterSchema, Stencil, StepEquation};
+use scene::schema::{Dependence, Masses, ParameterSchema, Stencil, StepEquation};
 use scene::{Dimension, ForceElement, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
@@ -18,9 +18,9 @@ use super::helper::{self, Helper};
 use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Axes, Blocks, Carried, Change, Cleared, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold,
-    Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Pick, Place, Quantity, Rule,
-    SceneRule, Softening, Start, StillFixed, Term, Unknowns, Which,
+    Axes, Beyond, Blocks, Carried, Change, Cleared, Effect, Ends, Entries, Factor, FixedRule,
+    Guess, Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Pick, Place,
+    Quantity, Rule, SceneRule, SeenAt, Softening, Start, StillFixed, Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -575,6 +575,15 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 add(force, &words, Effect::Start(term, &Quantity::ALL, Start::FixedAtRest), 2);
             }
         }
+        for (digit, exponent) in
+            [2, 5].into_iter().flat_map(|digit| (1..4).map(move |e| (digit, e)))
+        {
+            let e = f64::from(digit) / 10.0_f64.powi(exponent);
+            if forms.is_some() {
+                let words = format!("has a length of at least {digit}e-{exponent}");
+                add(force, &words, Effect::Length(term, Softening::AtLeast(e)), 3);
+            }
+        }
         for exponent in 1..=if forms.is_some() { 12 } else { 0 } {
             let e = 10.0_f64.powi(-exponent);
             for (softening, words) in [
@@ -616,6 +625,11 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             ),
         ] {
             add(force, words, Effect::Particles(term, force, particles), 1);
+        }
+        for (axis, name) in XY.iter().enumerate() {
+            let words = format!("does not act on the last particle along {name}");
+            let particles = Particles::NotLastAlong(axis);
+            add(force, &words, Effect::Particles(term, force, particles), 2);
         }
     }
     let axes = [
@@ -751,6 +765,9 @@ fn of_stencil(stencil: Stencil) -> Vec<(Blocks, String)> {
     if stencil.is_field() {
         let words = "is stored for particle 0, whatever the particle";
         blocks.push((Blocks::LocalIndices, words.to_owned()));
+        let words =
+            "is added from row i and column i on for particle i, as if each had one coordinate";
+        blocks.push((Blocks::AtIndex { own: false }, words.to_owned()));
     } else {
         let between = if is_pair { "the two particles" } else { "different particles" };
         let all = if is_pair { "two particles" } else { "the particles" };
@@ -780,6 +797,14 @@ fn of_stencil(stencil: Stencil) -> Vec<(Blocks, String)> {
             (Blocks::CrossTransposed, format!("has its blocks between {between} transposed")),
             (Blocks::Symmetrized, "is made symmetric".to_owned()),
             (Blocks::LocalIndices, local.to_owned()),
+        ]);
+        let own = "its blocks of each particle by itself";
+        let from =
+            "from row i and column j on for particles i and j, as if each had one coordinate";
+        blocks.extend([
+            (Blocks::OwnTransposed, format!("has {own} transposed")),
+            (Blocks::AtIndex { own: false }, format!("is added {from}")),
+            (Blocks::AtIndex { own: true }, format!("has {own} added {from}")),
         ]);
         let of_pair = (0..4).map(|place| [place / 2, place % 2]).filter(|_| is_pair);
         let of_pair: Vec<[usize; 2]> = of_pair.collect();
@@ -834,6 +859,9 @@ fn of_blocks() -> Vec<(Axes, u8, String)> {
         (Axes::Swapped, "has x and y swapped"),
         (Axes::RowsSwapped, "has the rows of its blocks swapped"),
         (Axes::CrossNegated, "has the entries off the diagonal of its blocks with the wrong sign"),
+        (Axes::Transposed, "has each of its blocks transposed"),
+        (Axes::Gathered(1, 0), "has the yy entry of its blocks added to the xx entry"),
+        (Axes::Gathered(0, 1), "has the xx entry of its blocks added to the yy entry"),
     ];
     let mut all: Vec<_> = whole.map(|(axes, words)| (axes, 2, words.to_owned())).into();
     let entries = || (0..4).map(|place| [place / 2, place % 2]);
@@ -931,6 +959,25 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         add(Rule::MassAt(MassAt::FirstAlong(axis)), 2, &words);
     }
     add(Rule::Lost, 1, "positions move with the new velocity, which is lost after the step");
+    for (from, to) in [(0, 1), (1, 0)] {
+        let [one, other] = [from, to].map(|axis| XY[axis]);
+        let words = format!("forces along {other} are those along {one}");
+        add(Rule::ForcesAlong(from, to), 2, &words);
+        let words = format!("forces are evaluated with v{one} in the place of v{other}");
+        add(Rule::SeenAt(SeenAt::Velocity(from, to)), 2, &words);
+        let (of, words) = match method {
+            OnePoint::Explicit => ([0.0, 1.0], "new velocity, not the old one"),
+            _ => ([1.0, 0.0], "old velocity, not the new one"),
+        };
+        let words = format!("positions along {other} move with the {words}");
+        add(Rule::PositionAlong(to, of), 2, &words);
+        if matches!(method, OnePoint::Linearized | OnePoint::Implicit) {
+            let words = format!(
+                "x + h v has {one} of the velocities in the place of {other} where forces are evaluated"
+            );
+            add(Rule::SeenAt(SeenAt::Predicted(from, to)), 2, &words);
+        }
+    }
     if method != OnePoint::Explicit && method != OnePoint::Symplectic {
         let words = "the Jacobians are divided by the masses of their columns, not of their rows";
         add(Rule::ColumnMasses, 2, words);
@@ -970,7 +1017,18 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             }
             let words =
                 "the solution of the linear system is taken for the new velocity, not its change";
-            add(Rule::Whole, 1, words);
+            add(Rule::Whole { of_free: false }, 1, words);
+            let words =
+                "the solution of the linear system is taken for the new velocity of free particles";
+            add(Rule::Whole { of_free: true }, 1, words);
+            let words = "forces and Jacobians are evaluated at 2 x + h v, not x + h v";
+            add(Rule::SeenAt(SeenAt::Twice), 2, words);
+            for (quantity, words) in [
+                (Quantity::ByVelocity, "dF/dx is in the place of dF/dv in the matrix"),
+                (Quantity::ByPosition, "dF/dv is in the place of dF/dx in the matrix"),
+            ] {
+                add(Rule::Other(quantity), 2, words);
+            }
             add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v");
             for (which, what, verb) in [
                 ([true; 2], "Jacobians", "are"),
@@ -1065,6 +1123,12 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             let words = format!("between steps, {which} {what} is set to zero; the rest adds up");
             add(kept(Carried::Added(cleared)), 2, &words);
         }
+        let axes = scene.dimension.count();
+        for (axis, letter) in XY.iter().enumerate().filter(|_| forces) {
+            let words =
+                format!("between steps, only {letter} of {what} is set to zero; the rest adds up");
+            add(kept(Carried::Added(Cleared::Along(axis, axes))), 2, &words);
+        }
     }
     if method == OnePoint::Linearized {
         add(Rule::StaleJacobians, 2, "the Jacobians are those of the step before");
@@ -1110,8 +1174,16 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
 
 /// Points of a linearized method: of forces, of Jacobians, and the factor of `h² ∂F/∂x v` on the right-hand side. At
 /// `(x, v)` with that term is the form of Baraff and Witkin.
-const LINEARIZED: [(f64, f64, Option<Factor>, u8, &str); 7] = [
+const LINEARIZED: [(f64, f64, Option<Factor>, u8, &str); 9] = [
     (0.0, 0.0, None, 1, "forces and Jacobians are evaluated at x, not x + h v"),
+    (0.5, 0.5, None, 2, "forces and Jacobians are evaluated at x + h v/2, not x + h v"),
+    (
+        0.0,
+        1.0,
+        Some(Factor::h(-1)),
+        2,
+        "forces are evaluated at x, Jacobians at x + h v, and the right-hand side has h dF/dx v as well",
+    ),
     (
         0.0,
         0.0,
@@ -1194,6 +1266,16 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
                 all.push(change(Rule::Unbalanced { right, sign, iterations }, 2, words));
             }
         }
+        for iterations in [10, 20, 50, 100] {
+            let words = format!(
+                "Newton's method adds each update to the velocities of its start, and ends after {iterations} iterations"
+            );
+            all.push(change(Rule::Restarted { iterations }, 2, words));
+            let words = format!(
+                "Newton's method moves positions on in every iteration, not from x, and ends after {iterations} iterations"
+            );
+            all.push(change(Rule::Accumulated { iterations }, 2, words));
+        }
         for ([positions, velocities], what) in [
             ([true, false], "the positions x + h v"),
             ([false, true], "the velocities v"),
@@ -1204,6 +1286,8 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
             );
             all.push(change(Rule::Unmoved { positions, velocities }, 1, words));
         }
+        let words = "Newton's method makes no iteration after the first step";
+        all.push(change(Rule::Once, 2, words.to_owned()));
         let ends = newton_ends().into_iter();
         all.extend(ends.map(|(newton, rank, words)| change(Rule::Newton(newton), rank, words)));
     }
@@ -1218,6 +1302,15 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
         all.push(change(Rule::Substeps(count), 3, words));
     }
     all
+}
+
+/// The same rule of the matrix in Newton's method of this name as in a linearized method.
+pub fn of_newton(name: &'static str, change: &Change) -> Option<Change> {
+    let Effect::Method(linearized, rule) = change.effect else { return None };
+    let is_of_matrix =
+        change.is_of_system() || matches!(rule, Rule::JacobiansAt(..) | Rule::Other(_));
+    let words = change.words.strip_prefix(linearized)?.strip_prefix(": ")?;
+    (is_of_matrix && name != linearized).then(|| of_method(name, rule, words, change.rank))
 }
 
 /// Where Newton's method may start and end.
@@ -1267,6 +1360,12 @@ fn newton_ends() -> Vec<(Newton, u8, String)> {
     for (guess, relaxation, rank, words) in [
         (Guess::Old, 0.5, 2, "Newton's method applies half of each update"),
         (Guess::Zero, 1.0, 3, "Newton's method starts from zero velocities"),
+        (
+            Guess::AllZero,
+            1.0,
+            3,
+            "Newton's method starts from zero velocities, of fixed particles as well",
+        ),
         (Guess::Explicit, 1.0, 3, "Newton's method starts from a step of explicit Euler"),
     ] {
         let newton = Newton { guess, relaxation, ..NEWTON };
@@ -1377,8 +1476,20 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
             let words = format!("explicit methods move fixed particles by forces along {letter}");
             add(Some(false), rule(FixedRule::Feel(Some(axis))), 1, &words);
         }
+        for (unknowns, words) in [
+            (Unknowns::Index, "clear the components i, i + 1 of the force for fixed particle i"),
+            (Unknowns::Number, "clear the component i of the force for fixed particle i"),
+            (Unknowns::ByAxis, "clear the forces on fixed particles as if all x came before all y"),
+        ] {
+            let words = format!("explicit methods {words}");
+            add(Some(false), rule(FixedRule::Cleared(unknowns)), 1, &words);
+        }
+        let words = "explicit methods end their loop at the first fixed particle: forces change no velocity from there on";
+        add(Some(false), rule(FixedRule::Ended), 1, words);
         return all;
     }
+    let words = "implicit methods add the velocities of fixed particles to themselves in each step";
+    add(Some(true), rule(FixedRule::Doubled), 2, words);
     let words = "implicit methods evaluate forces at the old positions of fixed particles";
     add(Some(true), rule(FixedRule::Behind), 1, words);
     let free = Hold { rows: false, columns: false, right: false, ..HELD };
@@ -1489,6 +1600,45 @@ pub fn taken_as_fixed() -> [Change; 2] {
     .map(change)
 }
 
+/// These changes of the elements that a force has, made where the force alone, or its Jacobians alone, are summed.
+fn partly(all: &[Change]) -> Vec<Change> {
+    let mut found = Vec::new();
+    for change in all {
+        let Effect::Scene(rule) = change.effect else { continue };
+        let depends_on = match (rule, change.place) {
+            (SceneRule::NotFirstForce | SceneRule::NotLastForce { even_alone: true }, _) => {
+                Dependence { position: true, velocity: true, time: false }
+            }
+            (
+                SceneRule::LeftOut { .. }
+                | SceneRule::OfEdge(..)
+                | SceneRule::ParticlesBefore(_)
+                | SceneRule::RunningEdge(..),
+                Place::Force(term),
+            ) => term.schema().depends_on(),
+            _ => continue,
+        };
+        for (quantities, what, is_there) in [
+            (FORCE, "forces", depends_on.position || depends_on.velocity),
+            (BY_POSITION, "dF/dx", depends_on.position),
+            (BY_VELOCITY, "dF/dv", depends_on.velocity),
+            (JACOBIANS, "both Jacobians", depends_on.position && depends_on.velocity),
+        ] {
+            if is_there {
+                let place = match change.place {
+                    Place::Force(term) if quantities != FORCE => Place::Jacobian(term),
+                    Place::Force(term) => Place::Force(term),
+                    _ => Place::Helpers,
+                };
+                let words = format!("{}, in {what} alone", change.words);
+                let effect = Effect::Partly(quantities, rule);
+                found.push(Change { place, words, effect, rank: change.rank.max(2) });
+            }
+        }
+    }
+    found
+}
+
 /// Changes of the reading of a scene. `time_steps` are those that may be taken for the scene's own.
 pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     let mut all = Vec::new();
@@ -1498,6 +1648,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     let reading = Place::Reading;
     add(reading, SceneRule::Masses(1.0), 1, "every mass is taken as 1".to_owned());
     add(reading, SceneRule::FirstMass, 2, "every mass is that of the first particle".to_owned());
+    add(reading, SceneRule::LastMass, 2, "every mass is that of the last particle".to_owned());
     if scene.particles.iter().any(|particle| particle.mass.fract() != 0.0) {
         add(reading, SceneRule::IntegerMasses, 2, "masses are read as integers".to_owned());
     }
@@ -1525,6 +1676,17 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         ] {
             add(reading, SceneRule::NotLastForce { even_alone }, 1, words.to_owned());
         }
+        add(
+            reading,
+            SceneRule::NotFirstForce,
+            1,
+            "the first force of a scene is left out".to_owned(),
+        );
+    }
+    let is_sorted = scene.edges.is_sorted_by_key(|edge| edge.particles);
+    if !is_sorted {
+        let words = "edges are sorted by their particles, which gives them other numbers";
+        add(reading, SceneRule::SortedEdges, 2, words.to_owned());
     }
     let of_edges = scene.edges.iter().flat_map(|edge| edge.particles).max().unwrap_or(0);
     let of_elements =
@@ -1589,17 +1751,17 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         };
         let whole = Place::Force(terms[0]);
         let mut left_out = |which: Which, words: String| {
-            let rule = |in_force_alone| SceneRule::LeftOut { tag, which, in_force_alone };
-            if schema.depends_on().has_jacobian() {
-                add(whole, rule(true), 2, format!("{words}, in forces alone"));
-            }
-            add(whole, rule(false), 1, words);
+            add(whole, SceneRule::LeftOut { tag, which }, 1, words);
         };
         left_out(Which::Last, format!("the last element of {tag} has no effect"));
         if of_it().count() > 1 {
             for (which, what) in [(Which::NotLast, "last"), (Which::NotFirst, "first")] {
                 let words = format!("only the {what} of several elements of {tag} has an effect");
                 left_out(which, words);
+            }
+            if of_it().count() > scene.edges.len() && of_it().any(|one| one.edge.is_some()) {
+                let words = format!("of {tag}, only as many as there are edges have an effect");
+                left_out(Which::BeyondEdges, words);
             }
             if of_it().any(|element| element.edge.is_some()) {
                 let words = format!("only the last {tag} on each edge has an effect");
@@ -1674,6 +1836,13 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let whole = name(Term { part: "", ..*first }, quantity);
                 let words = format!("{whole} is assigned to its blocks, not added");
                 add(Place::Jacobian(*first), SceneRule::Assigned(tag, quantity, false), 2, words);
+                if is_pair {
+                    let words = format!(
+                        "{whole} is assigned to its blocks between the two particles, not added"
+                    );
+                    let rule = SceneRule::AssignedCross(tag, quantity);
+                    add(Place::Jacobian(*first), rule, 2, words);
+                }
                 if !is_pair {
                     let words = format!(
                         "{whole} is assigned to the diagonal of the matrix, over all that stands before it"
@@ -1726,8 +1895,23 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             }
         }
         if is_of_edges {
-            let words = format!("each {tag} acts on the next edge, whatever its edge attribute");
-            add(whole, SceneRule::RunningEdge(tag), 2, words);
+            for (beyond, words) in [
+                (Beyond::Own, ""),
+                (Beyond::None, "; those beyond the last edge have no effect"),
+                (Beyond::First, "; after the last edge comes the first"),
+            ] {
+                if beyond == Beyond::Own || of_it().count() > scene.edges.len() {
+                    let words = format!(
+                        "each {tag} acts on the next edge, whatever its edge attribute{words}"
+                    );
+                    add(whole, SceneRule::RunningEdge(tag, beyond), 2, words);
+                }
+            }
+            for parameter in schema.parameters {
+                let name = parameter.name;
+                let words = format!("{tag} reads {name} at the number of its edge, not its own");
+                add(of_parameter(name), SceneRule::OfEdge(tag, name), 2, words);
+            }
             for (end, what) in [(None, "a"), (Some(0), "its first"), (Some(1), "its second")] {
                 let words =
                     format!("{tag} takes the number of its edge for that of {what} particle");
@@ -1746,7 +1930,11 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             }
             if of_it().any(|element| element.pair().is_some()) {
                 let words = format!("{tag} takes the initial distance of its particles for {name}");
-                add(place, SceneRule::InitialDistance(tag, name), 2, words);
+                add(place, SceneRule::InitialDistance(tag, name, false), 2, words.clone());
+                if of_it().any(|element| element.parameter(name) == 0.0) {
+                    let words = format!("{words} where that is 0");
+                    add(place, SceneRule::InitialDistance(tag, name, true), 2, words);
+                }
             }
             for (sign, written) in [(1.0, ""), (-1.0, "−")] {
                 if of_it().any(|element| element.parameter(name) * sign < 0.0) {
@@ -1794,6 +1982,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             )
     };
     all.retain(|change| !(is_of_rounds(scene) && is_of_task(change)));
+    all.extend(partly(&all));
     if !is_of_rounds(scene) {
         all.extend(taken_as_fixed());
     }

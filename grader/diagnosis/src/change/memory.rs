@@ -84,6 +84,7 @@ impl Cleared {
                 let mask = u64::MAX.checked_shl(8 * bytes as u32).unwrap_or(0);
                 return f64::from_bits(before.to_bits() & mask);
             }
+            Self::Along(axis, axes) => row % axes == axis,
             Self::Few if columns > 1 => row == 0,
             Self::Few => place < rows / 2,
         };
@@ -108,6 +109,7 @@ mod tests {
         assert_eq!(left(Cleared::NotLast, [2, 2]), [3]);
         assert_eq!(left(Cleared::Few, [2, 2]), [2, 3]);
         assert_eq!(left(Cleared::Few, [4, 1]), [2, 3]);
+        assert_eq!(left(Cleared::Along(0, 2), [4, 1]), [1, 3]);
         assert_eq!(left(Cleared::Bytes, [4, 4]), (2..16).collect::<Vec<_>>());
         // Of 36 numbers, 36 bytes: four numbers, and the lower half of the fifth.
         let fifth = Cleared::Bytes.left(1.0 / 3.0, [0, 4], [6, 6]);

@@ -48,7 +48,7 @@ pub use model::{Model, Sample};
 use reference::method::OnePoint;
 pub use rounds::Task;
 use rounds::{RoundsRule, is_of_rounds};
-pub use step::{Iterate, Residual, Stepped};
+pub use step::{Contributions, Iterate, Residual, Stepped};
 
 /// A force, or a part of one that stands alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -135,6 +135,9 @@ impl Change {
                 false
             }
             (_, Place::Jacobian(term)) => has(&term) && implicit(),
+            (Effect::Partly(quantities, _), Place::Helpers) => {
+                implicit() || quantities.contains(&Quantity::Force)
+            }
             (Effect::Helper(helper), _) => {
                 let is_pair = |element: &ForceElement| element.pair().is_some();
                 let is_of_matrix = matches!(helper, Helper::Blocks(_) | Helper::Entries(_));
@@ -262,6 +265,15 @@ impl Quantity {
     /// All.
     pub const ALL: [Self; 3] = [Self::Force, Self::ByPosition, Self::ByVelocity];
 
+    /// Its place in [`ALL`](Self::ALL).
+    fn place(self) -> usize {
+        match self {
+            Self::Force => 0,
+            Self::ByPosition => 1,
+            Self::ByVelocity => 2,
+        }
+    }
+
     /// A list of this one.
     fn alone(self) -> &'static [Self] {
         match self {
@@ -345,6 +357,8 @@ pub enum Effect {
     Helper(Helper),
     /// The scene as it is read.
     Scene(SceneRule),
+    /// The same where some quantities are evaluated.
+    Partly(&'static [Quantity], SceneRule),
     /// A rule of rounds of local and global steps.
     Rounds(RoundsRule),
 }
@@ -358,6 +372,7 @@ impl Effect {
             | Self::Gate(_, quantities, _)
             | Self::Weight(_, quantities, _)
             | Self::Blocks(_, quantities, _)
+            | Self::Partly(quantities, _)
             | Self::Masses(_, quantities, _) => quantities,
             Self::Formula(_, quantity, _)
             | Self::Axes(_, quantity, _)
@@ -436,6 +451,8 @@ pub enum Particles {
     NotFirst,
     /// All but the last.
     NotLast,
+    /// Along one axis all but the last, otherwise all.
+    NotLastAlong(usize),
     /// As many coordinates as there are particles, from the first on.
     FirstCoordinates,
 }
@@ -443,7 +460,7 @@ pub enum Particles {
 impl Particles {
     pub(super) fn of(all: Option<Self>, count: usize) -> std::ops::Range<usize> {
         match all {
-            None | Some(Self::FirstCoordinates) => 0..count,
+            None | Some(Self::FirstCoordinates | Self::NotLastAlong(_)) => 0..count,
             Some(Self::First) => 0..count.min(1),
             Some(Self::NotFirst) => 1..count.max(1),
             Some(Self::NotLast) => 0..count.saturating_sub(1),
@@ -515,6 +532,13 @@ pub enum Blocks {
     Symmetrized,
     /// The right ones, of the first particles of the scene, whichever the element's.
     LocalIndices,
+    /// `kᵀ, −k; −k, kᵀ`.
+    OwnTransposed,
+    /// The right ones, that of particles `i` and `j` from row `i` and column `j` on.
+    AtIndex {
+        /// Those of each particle by itself alone.
+        own: bool,
+    },
     /// The right ones, but for a factor of the one in this row and column.
     Scaled(usize, usize, f64),
     /// The same of one entry of this block, by its components.
@@ -546,6 +570,10 @@ pub enum Axes {
     Entry([usize; 2], f64),
     /// Of a matrix: the first entry in the place of the second.
     EntryCopied([usize; 2], [usize; 2]),
+    /// Of a matrix: its transpose.
+    Transposed,
+    /// Of a matrix: the first entry of the diagonal is added to the second, and is nowhere else.
+    Gathered(usize, usize),
 }
 
 /// Some elements of a force, in the order of the file.
@@ -565,6 +593,8 @@ pub enum Which {
     Descending,
     /// Those whose parameter is zero.
     Zero(&'static str),
+    /// Those with a number for which there is no edge.
+    BeyondEdges,
     /// Those between a fixed and another particle.
     Joined,
 }
@@ -721,7 +751,30 @@ pub enum Rule {
         velocities: bool,
     },
     /// A linearized method takes its solution for the new velocity, not for its change.
-    Whole,
+    Whole {
+        /// Fixed particles keep theirs.
+        of_free: bool,
+    },
+    /// Newton's method adds each update to the velocities of its start.
+    Restarted {
+        /// The number of iterations.
+        iterations: usize,
+    },
+    /// Newton's method makes no iteration after the first step.
+    Once,
+    /// Newton's method moves the positions of its last iteration on, not those of its start.
+    Accumulated {
+        /// The number of iterations.
+        iterations: usize,
+    },
+    /// Forces and Jacobians are evaluated at such a state.
+    SeenAt(SeenAt),
+    /// A Jacobian in the matrix is the other one.
+    Other(Quantity),
+    /// The forces along the second axis are those along the first.
+    ForcesAlong(usize, usize),
+    /// Along one axis, `x' = x + h (a v + b v')`.
+    PositionAlong(usize, [f64; 2]),
     /// Positions move with the new velocity, which is lost then.
     Lost,
     /// Forces of the step before.
@@ -789,6 +842,17 @@ pub enum Rule {
     Substeps(u32),
 }
 
+/// A state that is not the one at which forces should be evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SeenAt {
+    /// `2 x + h v`.
+    Twice,
+    /// The velocities along the second axis are those along the first.
+    Velocity(usize, usize),
+    /// In `x + h v`, they are.
+    Predicted(usize, usize),
+}
+
 /// Where the forces of a step are linearized.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linearized {
@@ -839,6 +903,8 @@ pub enum Cleared {
     Bytes,
     /// As many as there are particles; of a matrix, its first row.
     Few,
+    /// Those of a vector along one of so many axes.
+    Along(usize, usize),
 }
 
 /// Where Newton's method starts and ends.
@@ -888,6 +954,8 @@ pub enum Guess {
     Old,
     /// Zero.
     Zero,
+    /// Zero, those of fixed particles as well.
+    AllZero,
     /// Those of explicit Euler.
     Explicit,
 }
@@ -911,6 +979,12 @@ pub enum FixedRule {
     Hold(Hold),
     /// Implicit methods evaluate forces at their old positions.
     Behind,
+    /// Explicit methods clear the forces on these unknowns in the place of theirs.
+    Cleared(Unknowns),
+    /// Explicit methods end their loop at the first one: forces change no velocity from there on.
+    Ended,
+    /// Implicit methods add their velocities once more in each step.
+    Doubled,
 }
 
 /// Rows, columns and right-hand side of a fixed particle that are cleared.
@@ -969,6 +1043,17 @@ pub enum Numbers {
     ParticlesOfEdges,
     /// Of edges, where elements name them.
     Edges,
+}
+
+/// What becomes of elements for which there are no more edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Beyond {
+    /// They act on their own edges.
+    Own,
+    /// They have no effect.
+    None,
+    /// They act on the first edge, and so on.
+    First,
 }
 
 /// A pair of particles in the place of an element's own.
@@ -1040,6 +1125,8 @@ pub enum SceneRule {
     Masses(f64),
     /// Every mass is the first particle's.
     FirstMass,
+    /// Every mass is the last particle's.
+    LastMass,
     /// The time step is this.
     TimeStep(f64),
     /// The time step is at most this.
@@ -1072,11 +1159,11 @@ pub enum SceneRule {
         tag: &'static str,
         /// Which.
         which: Which,
-        /// Their forces alone; their Jacobians are there.
-        in_force_alone: bool,
     },
-    /// A parameter is the initial distance of the two particles.
-    InitialDistance(&'static str, &'static str),
+    /// A parameter is the initial distance of the two particles; only where it is 0, if so.
+    InitialDistance(&'static str, &'static str, bool),
+    /// A parameter is that of the element with the number of the edge, 0 without one.
+    OfEdge(&'static str, &'static str),
     /// A parameter has this value.
     Parameter(&'static str, &'static str, f64),
     /// A parameter has this sign, whatever is written.
@@ -1097,7 +1184,11 @@ pub enum SceneRule {
     /// An element acts between the particles `edge` and `edge + 1`, or on `edge` in the place of this end.
     EdgeAsParticle(&'static str, Option<usize>),
     /// The first element acts on the first edge, and so on.
-    RunningEdge(&'static str),
+    RunningEdge(&'static str, Beyond),
+    /// Edges are sorted by their particles.
+    SortedEdges,
+    /// The first force element of the scene is not there.
+    NotFirstForce,
     /// The forces of an element on these ends overwrite those before it, in the order of the file; one component only if
     /// given.
     Overwrites(&'static str, Ends, Option<usize>),
@@ -1109,6 +1200,8 @@ pub enum SceneRule {
     /// The blocks of an element's Jacobians overwrite those of elements of all forces before it; those of each particle by
     /// itself alone, if so.
     AssignedByAll(&'static [Quantity], bool),
+    /// The same of the blocks between the two particles alone.
+    AssignedCross(&'static str, Quantity),
     /// The same of the block of the particle at this place by itself, or of one entry of it.
     AssignedOwn(&'static str, Quantity, usize, Option<[usize; 2]>),
     /// Each element acts on the particles of the one before it.

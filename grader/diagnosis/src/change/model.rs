@@ -17,9 +17,9 @@ use super::gate::{Gate, Measure, Measured};
 use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
-    Axes, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess, Hold,
-    Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Read,
-    ReadAt, Rule, SceneRule, Softening, Start, StillFixed, Term, Unknowns, Which,
+    Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess,
+    Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Read,
+    ReadAt, Rule, SceneRule, SeenAt, Softening, Start, StillFixed, Term, Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -136,6 +136,8 @@ struct Evaluation {
 pub(super) struct TermModel {
     pub(super) term: Term,
     elements: Arc<[Element]>,
+    /// Others where some quantities are evaluated.
+    others: Option<(&'static [Quantity], Arc<[Element]>)>,
     evaluations: [Evaluation; 3],
     /// The Jacobians are the derivatives of the force's formula.
     derived: bool,
@@ -173,8 +175,22 @@ pub(super) struct Rules {
     pub(super) blocks: Option<Axes>,
     /// Whether positions and velocities of every iteration are those of the first one.
     pub(super) unmoved: [bool; 2],
-    /// Whether the solution is taken for the new velocity.
-    pub(super) whole: bool,
+    /// Whether the solution is taken for the new velocity, and whether of free particles alone.
+    pub(super) whole: Option<bool>,
+    /// Whether Newton's method adds each update to the velocities of its start.
+    pub(super) restarted: bool,
+    /// Whether Newton's method makes no iteration after the first step.
+    pub(super) once: bool,
+    /// Whether Newton's method moves the positions of its last iteration on.
+    pub(super) accumulated: bool,
+    /// Another state at which forces and Jacobians are evaluated.
+    pub(super) seen_at: Option<SeenAt>,
+    /// The Jacobian that is the other one.
+    pub(super) other: Option<Quantity>,
+    /// An axis whose forces are those along the one before it.
+    pub(super) forces_along: Option<[usize; 2]>,
+    /// The rule of positions along one axis.
+    pub(super) position_along: Option<(usize, [f64; 2])>,
     /// Whether the new velocity is lost after the step.
     pub(super) lost: bool,
     /// Factors of the velocities at which forces, dF/dx and dF/dv are evaluated.
@@ -204,6 +220,9 @@ pub(super) struct FixedRules {
     pub(super) feel: Option<Option<usize>>,
     pub(super) hold: Hold,
     pub(super) behind: bool,
+    pub(super) cleared: Option<Unknowns>,
+    pub(super) ended: bool,
+    pub(super) doubled: bool,
 }
 
 /// The steps of a scene with changes made.
@@ -301,7 +320,14 @@ impl Model {
             stale_jacobians: false,
             blocks: None,
             unmoved: [false; 2],
-            whole: false,
+            whole: None,
+            restarted: false,
+            once: false,
+            accumulated: false,
+            seen_at: None,
+            other: None,
+            forces_along: None,
+            position_along: None,
             lost: false,
             seen: [1.0; 3],
             along: None,
@@ -322,6 +348,9 @@ impl Model {
             feel: None,
             hold: HELD,
             behind: false,
+            cleared: None,
+            ended: false,
+            doubled: false,
         };
         let mut model = Self {
             dimension,
@@ -354,6 +383,7 @@ impl Model {
             changes.iter().for_each(|change| inner.make(change));
             // The velocities of fixed particles are set at the end of the whole step.
             (inner.fixed_rules.stop, inner.fixed_rules.fall) = (false, false);
+            inner.fixed_rules.doubled = false;
             model.part = Some((part, Box::new(inner)));
         }
         // A method in the place of another has the mistakes of both.
@@ -439,7 +469,9 @@ impl Model {
             return;
         }
         match &change.effect {
-            Effect::Method(_, Rule::Replaced(_) | Rule::Idle) | Effect::Scene(_) => {}
+            Effect::Method(_, Rule::Replaced(_) | Rule::Idle)
+            | Effect::Scene(_)
+            | Effect::Partly(..) => {}
             Effect::Method(_, rule) => self.follow(*rule),
             Effect::Helper(helper) => self.helper = Some(*helper),
             Effect::Rounds(rule) => {
@@ -460,8 +492,17 @@ impl Model {
                 }
                 FixedRule::Fall => self.fixed_rules.fall = true,
                 FixedRule::Feel(axis) => self.fixed_rules.feel = Some(axis),
-                FixedRule::Hold(hold) => self.fixed_rules.hold = hold,
+                FixedRule::Hold(hold) => {
+                    self.fixed_rules.hold = hold;
+                    // What is left on the right shrinks by a factor of the mass in each iteration.
+                    if !hold.right {
+                        self.rules.newton.iterations = MANY_ITERATIONS;
+                    }
+                }
                 FixedRule::Behind => self.fixed_rules.behind = true,
+                FixedRule::Cleared(unknowns) => self.fixed_rules.cleared = Some(unknowns),
+                FixedRule::Ended => self.fixed_rules.ended = true,
+                FixedRule::Doubled => self.fixed_rules.doubled = true,
             },
             effect @ (Effect::Formula(term, ..)
             | Effect::Derived(term, _)
@@ -550,7 +591,18 @@ impl Model {
                 // The matrix is that of another equation: the method converges slowly.
                 rules.newton.iterations = MANY_ITERATIONS;
             }
-            Rule::Whole => rules.whole = true,
+            Rule::Whole { of_free } => rules.whole = Some(of_free),
+            Rule::Restarted { iterations } => {
+                (rules.restarted, rules.newton.iterations) = (true, iterations);
+            }
+            Rule::Accumulated { iterations } => {
+                (rules.accumulated, rules.newton.iterations) = (true, iterations);
+            }
+            Rule::Once => rules.once = true,
+            Rule::SeenAt(at) => rules.seen_at = Some(at),
+            Rule::Other(quantity) => rules.other = Some(quantity),
+            Rule::ForcesAlong(from, to) => rules.forces_along = Some([from, to]),
+            Rule::PositionAlong(axis, of) => rules.position_along = Some((axis, of)),
             Rule::Lost => rules.lost = true,
             Rule::Seen(factors) => rules.seen = factors,
             Rule::AlongAxis(axis, factor) => rules.along = Some((axis, factor)),
@@ -660,6 +712,7 @@ impl Model {
             | Effect::Fixed(_)
             | Effect::Helper(_)
             | Effect::Scene(_)
+            | Effect::Partly(..)
             | Effect::Rounds(_) => {
                 return None;
             }
@@ -705,10 +758,14 @@ impl Model {
         let axes = self.dimension;
         let place = 1 + usize::from(quantity == Quantity::ByVelocity);
         let most = model.n_coordinates(place, at.x.len(), axes);
+        let blocks = model.evaluations[place].blocks.or_else(|| self.blocks_of_all(model));
         self.each_block(model, quantity, at, &mut |row, column, block| {
             let block = self.rules.blocks.map_or(*block, |axes| axes.of_matrix(*block));
+            let is_at_index =
+                matches!(blocks, Some(Blocks::AtIndex { own }) if !own || row == column);
+            let first = if is_at_index { [row, column] } else { [row * axes, column * axes] };
             for (a, b) in (0..axes).flat_map(|a| (0..axes).map(move |b| (a, b))) {
-                let (row, column, value) = (row * axes + a, column * axes + b, block[(a, b)]);
+                let (row, column, value) = (first[0] + a, first[1] + b, block[(a, b)]);
                 if row >= most {
                     continue;
                 }
@@ -746,7 +803,12 @@ impl Model {
                 force = axes.of_vector(force);
             }
             let factor = factor(particle);
-            for axis in (0..self.dimension).filter(|axis| first + axis < most) {
+            let is_last = particle + 1 == self.scene.particles.len();
+            let lacks = |axis: usize| {
+                is_last && evaluation.particles == Some(Particles::NotLastAlong(axis))
+            };
+            let axes = (0..self.dimension).filter(|axis| first + axis < most);
+            for axis in axes.filter(|axis| !lacks(*axis)) {
                 sum[first + axis] += factor * force[axis];
             }
         };
@@ -782,7 +844,7 @@ impl Model {
             return;
         }
         let Some(formula) = &evaluation.formula else { return };
-        for element in &*model.elements {
+        for element in model.elements_of(Quantity::Force) {
             let of = |pair: [usize; 2], masses: Option<MassAt>| {
                 formula.value(&self.inputs(model, element, pair, [x, v], masses)).vector()
             };
@@ -847,17 +909,14 @@ impl Model {
         // The blocks of an element, row by row, changed.
         let mut put_all = |element: &Element, particles: &[usize], blocks: &mut [Matrix3<f64>]| {
             let m = particles.len();
-            let of_all = match self.helper {
-                Some(Helper::Blocks(change)) if m == 2 => Some(change),
-                _ => None,
-            };
-            if let Some(change) = evaluation.blocks.or(of_all) {
+            let changed = evaluation.blocks.or_else(|| self.blocks_of_all(model));
+            if let Some(change) = changed {
                 change.change(m, blocks);
             }
             if let (Some(Helper::Entries(axes)), 2) = (self.helper, m) {
                 blocks.iter_mut().for_each(|block| *block = axes.of_matrix(*block));
             }
-            let is_local = evaluation.blocks.or(of_all) == Some(Blocks::LocalIndices);
+            let is_local = changed == Some(Blocks::LocalIndices);
             let particle = |place: usize| if is_local { place } else { particles[place] };
             for (place, block) in blocks.iter().enumerate() {
                 put(element, particle(place / m), particle(place % m), *block);
@@ -879,7 +938,7 @@ impl Model {
             return;
         }
         let Some(formula) = &evaluation.formula else { return };
-        for element in &*model.elements {
+        for element in model.elements_of(quantity) {
             let of = |pair: [usize; 2]| {
                 formula
                     .value(&self.inputs(model, element, pair, [x, v], evaluation.masses))
@@ -896,6 +955,14 @@ impl Model {
         }
     }
 
+    /// The blocks of the Jacobians of every force between two particles, changed.
+    fn blocks_of_all(&self, model: &TermModel) -> Option<Blocks> {
+        match self.helper {
+            Some(Helper::Blocks(change)) if model.term.schema().stencil.size() == 2 => Some(change),
+            _ => None,
+        }
+    }
+
     /// The blocks of the derivatives of a force's own formula.
     fn each_derived_block(
         &self,
@@ -909,7 +976,7 @@ impl Model {
         };
         let masses = *masses;
         let by_velocity = quantity == Quantity::ByVelocity;
-        for element in &*model.elements {
+        for element in model.elements_of(quantity) {
             let block = |inputs: &Inputs, side: usize, sign: f64| {
                 let column = |axis: usize| {
                     let mut along = Direction::default();
@@ -1085,6 +1152,14 @@ impl Model {
 }
 
 impl TermModel {
+    /// The elements of which a quantity is the sum.
+    fn elements_of(&self, quantity: Quantity) -> &[Element] {
+        match &self.others {
+            Some((quantities, others)) if quantities.contains(&quantity) => others,
+            _ => &self.elements,
+        }
+    }
+
     /// What its force reads in the place of its arguments.
     pub(super) fn start(&self) -> Option<Start> {
         self.evaluations[0].start
@@ -1104,14 +1179,9 @@ impl TermModel {
     }
 
     fn make(&mut self, effect: &Effect) {
-        let index = |quantity: Quantity| match quantity {
-            Quantity::Force => 0,
-            Quantity::ByPosition => 1,
-            Quantity::ByVelocity => 2,
-        };
         match effect {
             Effect::Formula(_, quantity, formula) => {
-                self.evaluations[index(*quantity)].formula = Some(Arc::clone(formula));
+                self.evaluations[quantity.place()].formula = Some(Arc::clone(formula));
             }
             Effect::Derived(_, formula) => {
                 self.evaluations[0].formula = Some(Arc::clone(formula));
@@ -1119,23 +1189,23 @@ impl TermModel {
             }
             Effect::Factor(_, quantities, factor) => {
                 for quantity in *quantities {
-                    let evaluation = &mut self.evaluations[index(*quantity)];
+                    let evaluation = &mut self.evaluations[quantity.place()];
                     evaluation.factor = evaluation.factor.and(*factor);
                 }
             }
             Effect::Ends(_, ends) => self.evaluations[0].ends = Some(*ends),
             Effect::Blocks(_, quantities, blocks) => {
                 for quantity in *quantities {
-                    self.evaluations[index(*quantity)].blocks = Some(*blocks);
+                    self.evaluations[quantity.place()].blocks = Some(*blocks);
                 }
             }
             Effect::Axes(_, quantity, axes) => {
-                self.evaluations[index(*quantity)].axes = Some(*axes);
+                self.evaluations[quantity.place()].axes = Some(*axes);
             }
             Effect::Length(_, softening) => self.softening = Some(*softening),
             Effect::Masses(_, quantities, masses) => {
                 for quantity in *quantities {
-                    self.evaluations[index(*quantity)].masses = Some(*masses);
+                    self.evaluations[quantity.place()].masses = Some(*masses);
                 }
             }
             Effect::Read(_, read) => self.read = Some(*read),
@@ -1143,16 +1213,17 @@ impl TermModel {
             Effect::Weight(_, quantities, weight) => self.weight = Some((quantities, *weight)),
             Effect::Start(_, quantities, start) => {
                 for quantity in *quantities {
-                    self.evaluations[index(*quantity)].start = Some(*start);
+                    self.evaluations[quantity.place()].start = Some(*start);
                 }
             }
             Effect::Particles(_, quantity, particles) => {
-                self.evaluations[index(*quantity)].particles = Some(*particles);
+                self.evaluations[quantity.place()].particles = Some(*particles);
             }
             Effect::Method(..)
             | Effect::Fixed(_)
             | Effect::Helper(_)
             | Effect::Scene(_)
+            | Effect::Partly(..)
             | Effect::Rounds(_) => {}
         }
     }
@@ -1181,17 +1252,11 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
     let mut all = vec![Lost::default(); scene.forces.len()];
     for change in changes {
         let Effect::Scene(rule) = change.effect else { continue };
-        if let SceneRule::LeftOut { tag, which, in_force_alone: true } = rule {
-            for (number, left_out) in which.of(scene, tag).into_iter().enumerate() {
-                if left_out {
-                    all[number].forces = whole(particles_of(scene, &scene.forces[number]));
-                }
-            }
-        }
         let of = match rule {
             SceneRule::Overwrites(tag, ..)
             | SceneRule::Assigned(tag, ..)
             | SceneRule::AssignedDiagonal(tag, _)
+            | SceneRule::AssignedCross(tag, _)
             | SceneRule::Scattered(tag)
             | SceneRule::AssignedOwn(tag, ..) => Some(tag),
             SceneRule::AssignedByAll(..) => None,
@@ -1231,6 +1296,11 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                     let mut blocks = blocks_of(scene, element);
                     blocks.retain(|[row, column]| !is_own || row == column);
                     (quantities, whole(blocks))
+                }
+                SceneRule::AssignedCross(_, quantity) => {
+                    let mut blocks = blocks_of(scene, element);
+                    blocks.retain(|[row, column]| row != column);
+                    (&[quantity], whole(blocks))
                 }
                 SceneRule::AssignedDiagonal(_, quantity) => {
                     let axes = 0..scene.dimension.count();
@@ -1303,6 +1373,10 @@ impl Which {
             }
             Self::Descending => element.pair().is_some_and(|[i, j]| i > j),
             Self::Zero(name) => element.parameter(name) == 0.0,
+            Self::BeyondEdges => {
+                let before = scene.forces[..number].iter().filter(|one| is_its(one));
+                before.count() >= scene.edges.len()
+            }
             Self::Joined => element.particles.iter().any(|each| scene.particles[*each].fixed),
         };
         let each = scene.forces.iter().enumerate();
@@ -1347,6 +1421,15 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
         };
         last != Some(&term) && changes.iter().any(is_its)
     };
+    // A scene that is read otherwise where some quantities are evaluated.
+    let partly = changes.iter().find_map(|change| match change.effect {
+        Effect::Partly(quantities, rule) => {
+            let mut read = scene.clone();
+            read_wrongly(&mut read, rule);
+            Some((quantities, read))
+        }
+        _ => None,
+    });
     let model = |term: Term| {
         let of_it = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
         let elements = scene.forces.iter().zip(&lost).enumerate();
@@ -1386,9 +1469,21 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             start: None,
             masses: None,
         };
+        let others = |(quantities, read): &(&'static [Quantity], Scene)| {
+            let elements = read.forces.iter().enumerate();
+            let of_it = elements.filter(|(_, element)| element.schema.tag == term.tag);
+            let elements = of_it.map(|(place, element)| Element {
+                place,
+                particles: element.particles.clone(),
+                parameters: element.parameters.clone(),
+                lost: Lost::default(),
+            });
+            (*quantities, elements.collect())
+        };
         TermModel {
             term,
             elements: elements.collect(),
+            others: partly.as_ref().map(others),
             evaluations: [
                 evaluation(forms.map(|forms| &forms.force)),
                 evaluation(forms.map(|forms| &forms.by_position)),
@@ -1461,6 +1556,7 @@ impl Blocks {
                 Self::RowNegated(place) if row == place => *block = -*block,
                 Self::ColumnNegated(place) if column == place => *block = -*block,
                 Self::CrossTransposed if row != column => *block = block.transpose(),
+                Self::OwnTransposed if row == column => *block = block.transpose(),
                 Self::Transposed => *block = transposed(),
                 Self::Symmetrized => *block = (*block + transposed()) * 0.5,
                 Self::WithoutRelative([i, j], origin) if row == origin || column == origin => {
@@ -1504,7 +1600,9 @@ impl Axes {
             | Self::Diagonal
             | Self::CrossNegated
             | Self::Entry(..)
-            | Self::EntryCopied(..) => vector,
+            | Self::EntryCopied(..)
+            | Self::Transposed
+            | Self::Gathered(..) => vector,
         }
     }
 
@@ -1536,6 +1634,13 @@ impl Axes {
             Self::Entry(place, factor) => Matrix3::from_fn(|row, column| {
                 matrix[(row, column)] * if [row, column] == place { factor } else { 1.0 }
             }),
+            Self::Transposed => matrix.transpose(),
+            Self::Gathered(from, to) => {
+                let mut changed = matrix;
+                changed[(to, to)] += changed[(from, from)];
+                changed[(from, from)] = 0.0;
+                changed
+            }
             Self::EntryCopied([row, column], to) => {
                 let mut changed = matrix;
                 changed[(to[0], to[1])] = matrix[(row, column)];
@@ -1566,6 +1671,11 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         }
         SceneRule::FirstMass => {
             if let Some(mass) = scene.particles.first().map(|particle| particle.mass) {
+                scene.particles.iter_mut().for_each(|particle| particle.mass = mass);
+            }
+        }
+        SceneRule::LastMass => {
+            if let Some(mass) = scene.particles.last().map(|particle| particle.mass) {
                 scene.particles.iter_mut().for_each(|particle| particle.mass = mass);
             }
         }
@@ -1602,13 +1712,17 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 *value = if *value == 0.0 { default } else { *value };
             }
         }
-        SceneRule::LeftOut { tag, which, in_force_alone: false } => {
+        SceneRule::NotFirstForce => drop(scene.forces.drain(..scene.forces.len().min(1))),
+        SceneRule::LeftOut { tag, which } => {
             let mut left_out = which.of(scene, tag).into_iter();
             scene.forces.retain(|_| left_out.next() != Some(true));
         }
-        SceneRule::InitialDistance(tag, name) => {
+        SceneRule::InitialDistance(tag, name, where_zero) => {
             let Scene { particles, forces, .. } = scene;
             for element in forces.iter_mut().filter(|element| of(tag)(element)) {
+                if where_zero && element.parameter(name) != 0.0 {
+                    continue;
+                }
                 let Some(pair) = element.pair() else { continue };
                 let [i, j] = pair.map(|particle| particles[particle].position);
                 let squares = i.iter().zip(&j).map(|(i, j)| (i - j) * (i - j));
@@ -1679,17 +1793,42 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 element.particles = pair.into();
             }
         }
-        SceneRule::RunningEdge(tag) => {
+        SceneRule::RunningEdge(tag, beyond) => {
+            if beyond == Beyond::None {
+                read_wrongly(scene, SceneRule::LeftOut { tag, which: Which::BeyondEdges });
+            }
             let Scene { edges, forces, .. } = scene;
             let of_it = forces.iter_mut().filter(|element| of(tag)(element));
-            for (element, edge) in of_it.zip(edges) {
-                element.particles = edge.particles.into();
+            for (number, element) in of_it.enumerate() {
+                let number = match beyond {
+                    Beyond::First => number % edges.len().max(1),
+                    _ => number,
+                };
+                if let Some(edge) = edges.get(number) {
+                    element.particles = edge.particles.into();
+                }
             }
         }
-        SceneRule::LeftOut { .. }
-        | SceneRule::Overwrites(..)
+        SceneRule::OfEdge(tag, name) => {
+            let mut of_it = scene.forces.iter_mut().filter(|element| of(tag)(element));
+            let values: Vec<f64> = of_it.by_ref().map(|one| one.parameter(name)).collect();
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let Some(edge) = element.edge else { continue };
+                *element.parameter_mut(name) = values.get(edge).copied().unwrap_or(0.0);
+            }
+        }
+        SceneRule::SortedEdges => {
+            scene.edges.sort_by_key(|edge| edge.particles);
+            for element in &mut scene.forces {
+                if let Some(edge) = element.edge {
+                    element.particles = scene.edges[edge].particles.into();
+                }
+            }
+        }
+        SceneRule::Overwrites(..)
         | SceneRule::Assigned(..)
         | SceneRule::AssignedDiagonal(..)
+        | SceneRule::AssignedCross(..)
         | SceneRule::AssignedByAll(..)
         | SceneRule::Scattered(_)
         | SceneRule::AssignedOwn(..) => {}

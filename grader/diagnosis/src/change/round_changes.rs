@@ -177,7 +177,7 @@ fn of_matrices() -> Vec<Change> {
     }
     all.push(of_scene(Task::Selection, SceneRule::Unfixed, 0, "no pin is held"));
     let which = Which::Joined;
-    let unjoined = SceneRule::LeftOut { tag: ELASTIC.tag, which, in_force_alone: false };
+    let unjoined = SceneRule::LeftOut { tag: ELASTIC.tag, which };
     all.push(of_scene(Task::Selection, unjoined, 2, "springs to pins are left out"));
     let before = SceneRule::ParticlesBefore(ELASTIC.tag);
     all.push(of_scene(Task::Incidence, before, 2, "each row is that of the spring before it"));

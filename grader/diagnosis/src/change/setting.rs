@@ -51,7 +51,10 @@ impl Rule {
             Self::Unmoved { .. } => {
                 vec![ForcePoint, PositionJacobianPoint, VelocityJacobianPoint, End]
             }
-            Self::Whole | Self::Lost => vec![Solution],
+            Self::Whole { .. } | Self::Lost => vec![Solution],
+            Self::Once | Self::Restarted { .. } | Self::Accumulated { .. } => vec![End],
+            Self::SeenAt(_) => vec![ForcePoint, PositionJacobianPoint, VelocityJacobianPoint],
+            Self::PositionAlong(..) => vec![Drift],
             Self::Repeated(_) | Self::Substeps(_) => vec![Count],
             _ => Vec::new(),
         }

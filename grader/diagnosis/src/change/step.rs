@@ -7,6 +7,8 @@
 //! So the effect of another value of one term on the residual is the difference of the two values, and mistakes in
 //! several terms add up.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, DVector};
 use scene::schema::Convergence;
 use scene::trace::State;
@@ -14,7 +16,7 @@ use scene::trace::State;
 use super::gate::Measure;
 use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
-use super::{Change, Factor, Guess, Hold, Newton, Norm, Quantity, Start, Term, Unknowns};
+use super::{Change, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Start, Term, Unknowns};
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
 /// A step of implicit Euler whose Newton iteration needs more than this is not reproducible: where it ends depends on
@@ -62,6 +64,17 @@ pub struct Residual {
     pub position: Vec<f64>,
     /// Momentum per velocity: a bound of the row sums of `M − h² K − h B`.
     pub stiffness: f64,
+}
+
+/// The contributions of each term's quantities to `r`, in the order of [`Quantity::ALL`].
+#[derive(Debug)]
+pub struct Contributions(Vec<[Vec<f64>; 3]>);
+
+impl Contributions {
+    /// That of a term's quantity.
+    pub fn of(&self, term: usize, quantity: Quantity) -> &[f64] {
+        &self.0[term][quantity.place()]
+    }
 }
 
 /// Evaluates stages and substeps of a step that starts at this time.
@@ -243,6 +256,14 @@ impl Model {
 
     /// The coordinates that are held, and the others.
     fn is_held(&self, dof: usize) -> bool {
+        if let Some(unknowns) = self.fixed_rules.cleared {
+            let mut fixed = (0..self.scene.particles.len())
+                .filter(|particle| self.scene.particles[*particle].fixed);
+            return fixed.any(|particle| self.unknowns(particle, unknowns).any(|one| one == dof));
+        }
+        if self.fixed_rules.ended {
+            return self.fixed[..=dof].contains(&true);
+        }
         self.fixed[dof]
             && match self.fixed_rules.feel {
                 None => true,
@@ -258,11 +279,11 @@ impl Model {
 
     /// A step of an explicit method, particle by particle.
     fn one_by_one(&self, time: f64, state: &mut State) {
-        let [of_old, of_new] = self.position_rule();
         for first in (0..self.mass.len()).step_by(self.dimension) {
             let force = self.force(&Point::new(&state.positions, &state.velocities, time));
             for (dof, force) in force.iter().enumerate().skip(first).take(self.dimension) {
                 let old = state.velocities[dof];
+                let [of_old, of_new] = self.position_rule(dof);
                 if !self.is_held(dof) {
                     let given = self.force_coefficient(dof) * force;
                     state.velocities[dof] += given / self.mass[dof];
@@ -287,6 +308,7 @@ impl Model {
         }
         let mut force = memory.force(self.rules.kept, self.force(&at));
         self.gate(&at, &mut force);
+        self.copy_forces(&mut force);
         for (dof, velocity) in state.velocities.iter_mut().enumerate() {
             if !self.is_held(dof) {
                 let given = self.force_coefficient(dof) * force[dof];
@@ -322,8 +344,20 @@ impl Model {
             let is_unmoved = is_unmoved && self.method == Some(OnePoint::Implicit);
             if is_unmoved { &old.velocities } else { u }
         });
-        let mut x: Vec<f64> =
-            old.positions.iter().zip(along).map(|(x, u)| x + c * self.h * u).collect();
+        let mut x = old.positions.clone();
+        let (mut along, mut u) = (along.to_vec(), u.to_vec());
+        let copy = |velocities: &mut [f64], [from, to]: [usize; 2]| {
+            for velocity in velocities.chunks_mut(self.dimension) {
+                velocity[to] = velocity[from];
+            }
+        };
+        match self.rules.seen_at {
+            Some(SeenAt::Twice) => x.iter_mut().for_each(|x| *x *= 2.0),
+            Some(SeenAt::Velocity(from, to)) => copy(&mut u, [from, to]),
+            Some(SeenAt::Predicted(from, to)) => copy(&mut along, [from, to]),
+            None => {}
+        }
+        x.iter_mut().zip(&along).for_each(|(x, u)| *x += c * self.h * u);
         if self.fixed_rules.behind && self.is_implicit() {
             for (dof, x) in x.iter_mut().enumerate().filter(|(dof, _)| self.fixed[*dof]) {
                 *x = old.positions[dof];
@@ -331,7 +365,13 @@ impl Model {
         }
         let time = if self.is_implicit() { time + self.h } else { time };
         let start = [old.positions.clone(), old.velocities.clone()];
-        Point { x, v: u.to_vec(), time, start, earlier: None, given: Vec::new() }
+        Point { x, v: u, time, start, earlier: None, given: Vec::new() }
+    }
+
+    /// Puts the forces along one axis in the place of those along another.
+    fn copy_forces(&self, force: &mut [f64]) {
+        let Some([from, to]) = self.rules.forces_along else { return };
+        force.chunks_mut(self.dimension).for_each(|force| force[to] = force[from]);
     }
 
     /// The same point, with what terms read in the place of its values.
@@ -390,19 +430,34 @@ impl Model {
     ) -> Option<bool> {
         let newton = self.rules.newton;
         let linearized = self.method == Some(OnePoint::Linearized);
-        let most = if linearized { self.rules.iterations } else { newton.iterations };
+        let most = match linearized {
+            true => self.rules.iterations,
+            false if self.rules.once && earlier.is_some() => 0,
+            false => newton.iterations,
+        };
         let guess = if linearized { Guess::Old } else { newton.guess };
         let mut u = self.first_guess(guess, time, old);
         let mut made = 0;
         let mut reached = linearized && most == 1;
+        let mut from = Cow::Borrowed(old);
         while made < most {
-            let delta = self.update(memory, time, earlier, old, &u)?;
+            let delta = self.update(memory, time, earlier, &from, &u)?;
             made += 1;
             reached |= self.size(newton.norm, &delta) < newton.tolerance;
+            if self.rules.accumulated && !linearized {
+                let positions = from.to_mut().positions.iter_mut();
+                positions.zip(&u).for_each(|(x, u)| *x += self.h * u);
+            }
             if !(reached && newton.drops_last && !linearized) {
-                let kept = if self.rules.whole && linearized { 0.0 } else { 1.0 };
                 let applied = if linearized { 1.0 } else { newton.relaxation };
-                u.iter_mut().zip(&delta).for_each(|(u, delta)| *u = kept * *u + applied * delta);
+                for (dof, (u, delta)) in u.iter_mut().zip(&delta).enumerate() {
+                    let kept = match self.rules.whole.filter(|_| linearized) {
+                        Some(of_free) if !(of_free && self.fixed[dof]) => 0.0,
+                        _ if self.rules.restarted && !linearized => old.velocities[dof],
+                        _ => *u,
+                    };
+                    *u = kept + applied * delta;
+                }
             }
             if reached {
                 break;
@@ -418,6 +473,7 @@ impl Model {
         let v = &old.velocities;
         match guess {
             Guess::Old => v.clone(),
+            Guess::AllZero => vec![0.0; v.len()],
             Guess::Zero => {
                 (0..v.len()).map(|dof| if self.fixed[dof] { v[dof] } else { 0.0 }).collect()
             }
@@ -476,6 +532,7 @@ impl Model {
         let at = self.force_point(time, earlier, old, u);
         let mut force = memory.force(kept, self.force(&at));
         self.gate(&at, &mut force);
+        self.copy_forces(&mut force);
         let size = u.len();
         let jacobian = |quantity: Quantity| {
             let at = self.jacobian_point(quantity, time, earlier, old, u);
@@ -492,7 +549,12 @@ impl Model {
             })
         };
         let both = [Quantity::ByPosition, Quantity::ByVelocity].map(jacobian);
-        let [k, b] = memory.jacobians(kept, both);
+        let [mut k, mut b] = memory.jacobians(kept, both);
+        match self.rules.other {
+            Some(Quantity::ByPosition) => k.clone_from(&b),
+            Some(Quantity::ByVelocity) => b.clone_from(&k),
+            _ => {}
+        }
         let n_masses = memory.masses(kept);
         let mut matrix = DMatrix::from_fn(size, size, |row, column| {
             let [of_k, of_b] = self.matrix_coefficients(self.mass[row]);
@@ -571,25 +633,28 @@ impl Model {
         }
     }
 
+    /// The unknowns that are taken for those of a particle.
+    fn unknowns(&self, particle: usize, unknowns: Unknowns) -> impl Iterator<Item = usize> + use<> {
+        let (count, size) = (self.scene.particles.len(), self.fixed.len());
+        let first = particle * self.dimension;
+        let (first, stride) = match unknowns {
+            Unknowns::Own => (first, 1),
+            Unknowns::Index | Unknowns::Number => (particle, 1),
+            Unknowns::Axis(axis) => (first + axis, 1),
+            Unknowns::ByAxis => (particle, count),
+        };
+        let most = match unknowns {
+            Unknowns::Number | Unknowns::Axis(_) => 1,
+            _ => self.dimension,
+        };
+        (0..most).map(move |place| first + stride * place).filter(move |dof| *dof < size)
+    }
+
     /// Clears the rows, columns and right-hand sides of fixed particles.
     fn hold(&self, matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) {
         let hold = self.fixed_rules.hold;
         let Hold { rows, columns, right: is_right, massless, .. } = hold;
-        let (count, size) = (self.scene.particles.len(), right.len());
-        let of = |particle: usize, unknowns: Unknowns| {
-            let first = particle * self.dimension;
-            let (first, stride) = match unknowns {
-                Unknowns::Own => (first, 1),
-                Unknowns::Index | Unknowns::Number => (particle, 1),
-                Unknowns::Axis(axis) => (first + axis, 1),
-                Unknowns::ByAxis => (particle, count),
-            };
-            let most = match unknowns {
-                Unknowns::Number | Unknowns::Axis(_) => 1,
-                _ => self.dimension,
-            };
-            (0..most).map(move |place| first + stride * place).filter(move |dof| *dof < size)
-        };
+        let of = |particle: usize, unknowns: Unknowns| self.unknowns(particle, unknowns);
         for (particle, _) in self.scene.particles.iter().enumerate().filter(|(_, p)| p.fixed) {
             if is_right {
                 of(particle, hold.of_right).for_each(|dof| right[dof] = 0.0);
@@ -616,6 +681,9 @@ impl Model {
         for dof in (0..self.fixed.len()).filter(|dof| self.fixed[*dof]) {
             if self.fixed_rules.stop {
                 state.velocities[dof] = 0.0;
+            }
+            if self.fixed_rules.doubled {
+                state.velocities[dof] += old.velocities[dof];
             }
             if self.fixed_rules.fall {
                 let axis = dof % self.dimension;
@@ -644,8 +712,13 @@ impl Model {
         self.rules.speed_limit.is_some_and(|limit| speed.sqrt() > (1.0 - 1e-9) * limit)
     }
 
-    /// The factors of the old and the new velocity in `x' − x`.
-    fn position_rule(&self) -> [f64; 2] {
+    /// The factors of the old and the new velocity in `x' − x` of a coordinate.
+    fn position_rule(&self, dof: usize) -> [f64; 2] {
+        if let Some((axis, of)) = self.rules.position_along
+            && dof % self.dimension == axis
+        {
+            return of.map(|part| part * self.h);
+        }
         let standard = match self.method {
             Some(OnePoint::Explicit) => [1.0, 0.0, 1.0],
             _ => [0.0, 1.0, 1.0],
@@ -656,8 +729,8 @@ impl Model {
     }
 
     fn drift(&self, old: &State, state: &mut State) {
-        let [of_old, of_new] = self.position_rule();
         for (dof, x) in state.positions.iter_mut().enumerate() {
+            let [of_old, of_new] = self.position_rule(dof);
             if !self.stands(dof) {
                 *x += of_old * old.velocities[dof] + of_new * state.velocities[dof];
             }
@@ -684,9 +757,20 @@ impl Model {
         self.contribution_of(&self.terms[term], quantity, sample)
     }
 
+    /// The contributions of all terms.
+    pub fn contributions(&self, sample: &Sample) -> Contributions {
+        let of = |term: usize| Quantity::ALL.map(|one| self.contribution(term, one, sample));
+        Contributions((0..self.terms.len()).map(of).collect())
+    }
+
     /// What `change` adds to `r`, and the number of the term that it is made in; `None` for changes of something else than a
     /// term of the scene.
-    pub fn effect(&self, change: &Change, sample: &Sample) -> Option<(usize, Vec<f64>)> {
+    pub fn effect(
+        &self,
+        change: &Change,
+        sample: &Sample,
+        unchanged: &Contributions,
+    ) -> Option<(usize, Vec<f64>)> {
         let (number, model) = self.changed(change)?;
         let mut sum = vec![0.0; self.mass.len()];
         let linearized = self.method == Some(OnePoint::Linearized);
@@ -694,9 +778,8 @@ impl Model {
             if *quantity != Quantity::Force && !linearized {
                 continue;
             }
-            let quantity = *quantity;
-            let old = self.contribution(number, quantity, sample);
-            let new = self.contribution_of(&model, quantity, sample);
+            let old = unchanged.of(number, *quantity);
+            let new = self.contribution_of(&model, *quantity, sample);
             for ((sum, new), old) in sum.iter_mut().zip(new).zip(old) {
                 *sum += new - old;
             }
@@ -755,10 +838,15 @@ impl Model {
 
     /// The solution of the linear system of a step: `v' − v`.
     fn solution(&self, sample: &Sample) -> Vec<f64> {
-        match self.rules.whole {
-            true => sample.after.velocities.clone(),
-            false => change(sample),
+        let mut solution = change(sample);
+        if let Some(of_free) = self.rules.whole {
+            for (dof, solution) in solution.iter_mut().enumerate() {
+                if !(of_free && self.fixed[dof]) {
+                    *solution = sample.after.velocities[dof];
+                }
+            }
         }
+        solution
     }
 
     fn contribution_of(&self, model: &TermModel, quantity: Quantity, sample: &Sample) -> Vec<f64> {
@@ -766,7 +854,12 @@ impl Model {
         if quantity != Quantity::Force && !linearized {
             return vec![0.0; self.mass.len()];
         }
-        let Some(mut at) = self.evaluated_at(quantity, sample) else {
+        let read = match (self.rules.other, quantity) {
+            (Some(Quantity::ByPosition), Quantity::ByPosition) => Quantity::ByVelocity,
+            (Some(Quantity::ByVelocity), Quantity::ByVelocity) => Quantity::ByPosition,
+            _ => quantity,
+        };
+        let Some(mut at) = self.evaluated_at(read, sample) else {
             return vec![0.0; self.mass.len()];
         };
         if model.start() == Some(Start::OtherForces) {
@@ -787,13 +880,15 @@ impl Model {
         }
         let mut value = match self.rules.one_by_one {
             true => self.value_one_by_one(model, &at, &sample.after),
-            false => self.value(model, quantity, &at, &delta),
+            false => self.value(model, read, &at, &delta),
         };
         for (dof, value) in value.iter_mut().enumerate() {
             let mass = self.mass[dof];
             let [of_k, of_b] = self.matrix_coefficients(mass);
             *value *= match quantity {
-                _ if self.fixed[dof] || self.is_limited(dof, &sample.after.velocities) => 0.0,
+                _ if self.keeps_velocity(dof) || self.is_limited(dof, &sample.after.velocities) => {
+                    0.0
+                }
                 Quantity::Force => -self.force_coefficient(dof),
                 Quantity::ByPosition => -of_k,
                 Quantity::ByVelocity => -of_b,
@@ -824,7 +919,9 @@ impl Model {
         let is_one_solve = rules.slip.is_none()
             && rules.differences.is_none()
             && rules.iterations == 1
-            && !(rules.lost || self.fixed_rules.hold.solution);
+            && !(rules.lost || rules.once || rules.restarted || rules.accumulated)
+            && rules.forces_along.is_none()
+            && !self.fixed_rules.hold.solution;
         let shows = self.substeps == 1 && !self.remembers() && is_one_solve;
         let method = self.method.filter(|_| shows)?;
         let delta = self.solution(sample);
@@ -839,8 +936,9 @@ impl Model {
                 OnePoint::Explicit | OnePoint::Symplectic => of_matrix * (delta[dof] + old),
             }
         };
-        let mut momentum: Vec<f64> =
-            (0..delta.len()).map(|dof| if self.fixed[dof] { 0.0 } else { inertia(dof) }).collect();
+        let mut momentum: Vec<f64> = (0..delta.len())
+            .map(|dof| if self.keeps_velocity(dof) { 0.0 } else { inertia(dof) })
+            .collect();
         for (term, quantity) in self.quantities() {
             let value = self.contribution(term, quantity, sample);
             momentum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
@@ -850,8 +948,8 @@ impl Model {
                 *value = 0.0;
             }
         }
-        let [of_old, of_new] = self.position_rule();
         let position = (0..delta.len()).map(|dof| {
+            let [of_old, of_new] = self.position_rule(dof);
             let moved =
                 of_old * sample.before.velocities[dof] + of_new * sample.after.velocities[dof];
             let moved = if self.stands(dof) { 0.0 } else { moved };
@@ -881,10 +979,19 @@ impl Model {
         mass + self.h * (self.h * size(Quantity::ByPosition) + size(Quantity::ByVelocity))
     }
 
-    /// Whether a fixed particle's velocity changes in this step, beyond `noise`.
+    /// Whether the velocity of a fixed particle that no force moves changes in this step, beyond `noise`.
     pub fn moves_fixed(&self, sample: &Sample, noise: f64) -> bool {
         let delta = self.solution(sample);
-        (0..delta.len()).any(|dof| self.fixed[dof] && delta[dof].abs() > noise)
+        let is_kept = |dof: usize| self.fixed[dof] && self.keeps_velocity(dof);
+        (0..delta.len()).any(|dof| is_kept(dof) && delta[dof].abs() > noise)
+    }
+
+    /// Whether no force changes the velocity of this coordinate.
+    fn keeps_velocity(&self, dof: usize) -> bool {
+        match self.method {
+            Some(OnePoint::Explicit | OnePoint::Symplectic) => self.is_held(dof),
+            _ => self.fixed[dof],
+        }
     }
 }
 

@@ -58,6 +58,8 @@ pub(super) enum Kind {
     Zeros,
     /// The times of the trace count by this time step.
     TimeStep(String),
+    /// The times of the trace count by a time step that is another one in each scene: which, in words.
+    TimeSteps(&'static str),
     /// The times of the trace are not those of the scene, and count by no one time step.
     Times,
     Late,
@@ -66,6 +68,8 @@ pub(super) enum Kind {
     InitialVelocity,
     FixedStopped,
     InitialState,
+    /// The first state is read wrongly: how, in words.
+    InitialRead(String),
     /// Only the first state is wrong.
     InitialWritten,
     /// The first state is wrong, read or written so.
@@ -102,6 +106,7 @@ impl fmt::Display for Kind {
             Self::Negated => "positions and velocities have the wrong sign",
             Self::Zeros => "every number is 0",
             Self::TimeStep(step) => return write!(f, "dt is always taken as {step}"),
+            Self::TimeSteps(how) => how,
             Self::Times => "the times are not multiples of dt",
             Self::Late => "each state is written one step late",
             Self::VelocitiesLate => "the velocities are those of the step before",
@@ -109,6 +114,7 @@ impl fmt::Display for Kind {
             Self::InitialVelocity => "initial velocities are not read",
             Self::FixedStopped => "their velocities are set to 0",
             Self::InitialState | Self::InitialOpen => "wrong initial state",
+            Self::InitialRead(how) => how.as_str(),
             Self::InitialWritten => "the first state is wrong, the next one is right",
             Self::InitialRounded => "the numbers of particles are rounded",
             Self::Digits(digits) => {
@@ -139,11 +145,13 @@ impl Kind {
             Self::Duration
             | Self::InitialVelocity
             | Self::InitialState
+            | Self::InitialRead(_)
             | Self::InitialOpen
             | Self::InitialRounded
             | Self::OrderRead
             | Self::OrderOpen
             | Self::Times
+            | Self::TimeSteps(_)
             | Self::TimeStep(_) => Feature::Reading,
             Self::FixedStopped => Feature::Fixed(Family::Any),
             Self::Digits(_) | Self::Decimals(_) | Self::Single => Feature::Precision,
@@ -175,7 +183,7 @@ impl Kind {
     pub(super) fn sentence(&self) -> String {
         let features: Vec<String> = self.features().iter().map(Feature::to_string).collect();
         match self {
-            Self::TimeStep(_) => self.to_string(),
+            Self::TimeStep(_) | Self::TimeSteps(_) => self.to_string(),
             _ => format!("{}: {self}", features.join(" or ")),
         }
     }
@@ -193,6 +201,21 @@ impl Kind {
                 | Self::Decimals(_)
                 | Self::Single
         )
+    }
+
+    /// Whether the first state of such a trace is what the program read, in the order of the scene.
+    pub(super) fn shows_start(&self) -> bool {
+        let is_initial = matches!(
+            self,
+            Self::InitialState
+                | Self::InitialOpen
+                | Self::InitialRounded
+                | Self::InitialVelocity
+                | Self::FixedStopped
+                | Self::OrderRead
+                | Self::OrderOpen
+        );
+        is_initial || self.keeps_states()
     }
 
     /// The symptom.

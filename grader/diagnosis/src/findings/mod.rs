@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! traces ── form.rs       faults of the output, settled first
+//!        ── initial.rs    what is read wrongly of particles, by all first states
 //!        ── restore.rs    traces without such a fault, where other mistakes are looked for
 //!        ── evidence.rs   which steps are wrong by themselves; replay of whole scenes with a change
 //!        ── fit.rs        numbers in changes, from the steps
@@ -20,6 +21,7 @@ mod feature;
 mod finding;
 mod fit;
 mod form;
+mod initial;
 mod judged;
 mod restore;
 mod scope;
@@ -119,6 +121,7 @@ impl Findings {
         let mut evidence: Vec<SceneEvidence<'_>> = evidence.collect();
         evidence::settle_last_states(&mut evidence);
         evidence::settle_first_states(&mut evidence);
+        initial::settle(&mut evidence);
         let mut scenes: Vec<Marked<'_>> = evidence.iter().map(Marked::new).collect();
         // A message of the compiler is in the report already.
         if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
@@ -460,7 +463,8 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
         [] => {}
         _ => {
             let numbers = time_steps.into_iter().flat_map(|(_, numbers)| numbers).collect();
-            kinds.push((Kind::Times, numbers));
+            let rule = time_steps_of(scenes).map_or(Kind::Times, Kind::TimeSteps);
+            kinds.push((rule, numbers));
         }
     }
     settle_open(&mut kinds);
@@ -468,8 +472,10 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
     // A fault of most traces can look like another one in a few.
     let count = |(_, numbers): &(Kind, Vec<usize>)| numbers.len();
     let all: usize = kinds.iter().map(count).sum();
-    if kinds.first().is_some_and(|first| 4 * count(first) >= 3 * all) {
-        kinds.truncate(1);
+    if let Some(most) = kinds.first().filter(|first| 4 * count(first) >= 3 * all) {
+        let most = most.0.clone();
+        let is_of_times = |kind: &Kind| matches!(kind, Kind::TimeStep(_) | Kind::TimeSteps(_));
+        kinds.retain(|(kind, _)| *kind == most || is_of_times(kind));
     }
     let mut list: Vec<Finding> = Vec::new();
     for (kind, numbers) in kinds {
@@ -496,8 +502,41 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
     list
 }
 
+/// How the time step differs, of the traces whose times count by another one: so in all of these, and not at all in the scenes that
+/// passed.
+fn time_steps_of(scenes: &[Marked<'_>]) -> Option<&'static str> {
+    let is_so = |scene: &Marked<'_>, rule: fn(&Scene) -> f64| {
+        let inner = scene.judged.scene;
+        let step = match scene.judged.outcome {
+            Outcome::OtherTimes(step) => step,
+            _ if scene.passed => inner.time_step,
+            _ => return true,
+        };
+        (rule(inner) - step).abs() <= 1e-9 * step
+    };
+    let is_of_all =
+        |(_, rule): &(&str, fn(&Scene) -> f64)| scenes.iter().all(|scene| is_so(scene, *rule));
+    let mut rules = TIME_STEPS.iter().copied().filter(is_of_all);
+    let (words, _) = rules.next()?;
+    rules.next().is_none().then_some(words)
+}
+
+/// Ways to change the time step of a scene.
+const TIME_STEPS: [(&str, fn(&Scene) -> f64); 6] = [
+    ("dt is the duration divided by the number of steps", |scene| {
+        scene.duration / scene.n_steps() as f64
+    }),
+    ("dt is the duration divided by the number of steps, rounded down", |scene| {
+        scene.duration / (scene.duration / scene.time_step).floor()
+    }),
+    ("dt is rounded to 2 decimals", |scene| (scene.time_step * 1e2).round() / 1e2),
+    ("dt is rounded to 3 decimals", |scene| (scene.time_step * 1e3).round() / 1e3),
+    ("dt is rounded to 4 decimals", |scene| (scene.time_step * 1e4).round() / 1e4),
+    ("dt is rounded to single precision", |scene| f64::from(scene.time_step as f32)),
+];
+
 /// How a program counts its steps: the ways that give right counts in the scenes that passed, and too few or too many states
-/// where there are those. `None` if no scene passed.
+/// where there are those. `None` if no scene passed, unless there are too many whether dt divides the duration or not.
 fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
     let seen = |scene: &Marked<'_>| match &scene.kind {
         None if scene.passed => Some(Ordering::Equal),
@@ -505,7 +544,12 @@ fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
         Some(Kind::StateTooMany) => Some(Ordering::Greater),
         _ => None,
     };
-    if !scenes.iter().any(|scene| seen(scene) == Some(Ordering::Equal)) {
+    let has_more = |is_divided: bool| {
+        let mut of_it = scenes.iter().filter(|one| one.judged.scene.is_divided() == is_divided);
+        of_it.any(|scene| seen(scene) == Some(Ordering::Greater))
+    };
+    let has_right = scenes.iter().any(|scene| seen(scene) == Some(Ordering::Equal));
+    if !has_right && !(has_more(true) && has_more(false)) {
         return None;
     }
     let mut explains = [true; WAYS.len()];
@@ -522,10 +566,11 @@ fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
 }
 
 /// Ways to count steps.
-const WAYS: [&str; 5] = [
+const WAYS: [&str; 6] = [
     "duration/dt is rounded down",
     "duration/dt is rounded to the nearest integer",
     "duration/dt is rounded down and 1 is added",
+    "duration/dt is rounded up and 1 is added",
     "steps end where the sum of all dt reaches the duration",
     "steps end where the sum of all dt exceeds the duration",
 ];
@@ -535,7 +580,8 @@ fn counts(scene: &Scene) -> [f64; WAYS.len()] {
     let ratio = scene.duration / scene.time_step;
     let below = summed(scene, |time, end| time < end);
     let up_to = summed(scene, |time, end| time <= end);
-    [ratio.floor(), ratio.round(), ratio.floor() + 1.0, below, up_to]
+    let right = step_count(scene.duration, scene.time_step);
+    [ratio.floor(), ratio.round(), ratio.floor() + 1.0, right + 1.0, below, up_to]
 }
 
 /// Steps that are taken while this holds of the sum of their dt and the duration.

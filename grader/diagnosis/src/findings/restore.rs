@@ -154,7 +154,10 @@ impl Undo {
             Kind::Late => vec![Self::Late],
             Kind::InitialMissing => vec![Self::Missing],
             Kind::VelocitiesLate => vec![Self::VelocitiesLate],
-            Kind::InitialVelocity | Kind::FixedStopped | Kind::InitialState => vec![Self::Start],
+            Kind::InitialVelocity
+            | Kind::FixedStopped
+            | Kind::InitialState
+            | Kind::InitialRead(_) => vec![Self::Start],
             Kind::InitialRounded => {
                 let single = [false, true].map(|everywhere| Self::Single { everywhere });
                 [Self::Start].into_iter().chain(single).collect()

@@ -26,7 +26,7 @@ use super::form::Kind;
 use super::judged::Outcome;
 use super::thresholds::Thresholds;
 use super::trace::is_large;
-use residuals::{pairs_of, survivors, with_positions, with_reading, with_rules};
+use residuals::{pairs_of, survivors, with_matrices, with_positions, with_reading, with_rules};
 use weigh::Weighed;
 
 /// Changes that are proven together.
@@ -308,7 +308,8 @@ impl<'a> Search<'a> {
                     found.into_iter().map(|change| vec![change]).collect()
                 }
                 true => {
-                    let mut found = with_rules(&scene, made);
+                    let mut found = with_matrices(&scene, made);
+                    found.extend(with_rules(&scene, made));
                     found.extend(pairs_of(&scene, made));
                     if found.is_empty() {
                         found = with_positions(&scene, made, &self.time_steps);

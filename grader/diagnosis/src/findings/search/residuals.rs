@@ -6,7 +6,7 @@
 use crate::change::candidates::{self, Numbered, NumberedForce};
 use crate::change::helper;
 use crate::change::round_changes;
-use crate::change::{Change, Effect, Model, Place, Quantity, Rule, Sample, Term};
+use crate::change::{Change, Contributions, Effect, Model, Place, Quantity, Rule, Sample, Term};
 use rayon::prelude::*;
 use scene::schema::Matrix;
 
@@ -164,6 +164,7 @@ pub(super) fn with_positions(
     }
     let mut rules = rules_of(scene, made, &samples);
     rules.retain(|rule| is_on_rule(&[made, std::slice::from_ref(rule)].concat()));
+    rules.sort_by_key(|rule| rule.rank);
     // The same rule of one method, of several and of all is the same in a scene.
     let mut effects: Vec<&Effect> = Vec::new();
     for rule in &rules {
@@ -178,6 +179,22 @@ pub(super) fn with_positions(
         for change in survivors(scene, &beside, time_steps) {
             all.extend(same.iter().map(|rule| vec![(*rule).clone(), change.clone()]));
         }
+    }
+    all
+}
+
+/// An end of Newton's method beside a rule of its matrix that a linearized method has: one function makes the matrices of both.
+pub(super) fn with_matrices(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+    let name = scene.scene.integrator.name;
+    let twins = made.iter().filter_map(|change| candidates::of_newton(name, change));
+    let is_end = |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Newton(_)));
+    let mut ends = candidates::of_process(&scene.scene);
+    ends.retain(is_end);
+    let mut all = Vec::new();
+    for twin in twins.filter(|twin| scene.is_newton() && !made.contains(twin)) {
+        let beside = [made, std::slice::from_ref(&twin)].concat();
+        let found = fit::ends(scene, &beside, ends.clone()).into_iter();
+        all.extend(found.map(|end| vec![twin.clone(), end]));
     }
     all
 }
@@ -236,6 +253,8 @@ pub(super) struct Base<'a> {
     samples: &'a Samples<'a>,
     /// For each sample, the residual and its bound.
     residuals: Vec<(Vec<f64>, f64)>,
+    /// For each sample, of what it is the sum.
+    parts: Vec<Contributions>,
 }
 
 impl<'a> Base<'a> {
@@ -252,7 +271,15 @@ impl<'a> Base<'a> {
             }
             residuals.push((residual.momentum, samples.limits.left * v * residual.stiffness));
         }
-        Some(Self { model, samples, residuals })
+        let parts = samples.iter().map(|evidence| model.contributions(&evidence.sample));
+        let parts = parts.collect();
+        Some(Self { model, samples, residuals, parts })
+    }
+
+    /// What a change adds to the residual of the sample of this number.
+    fn effect(&self, change: &Change, number: usize) -> Option<Vec<f64>> {
+        let (sample, parts) = (&self.samples[number].sample, &self.parts[number]);
+        self.model.effect(change, sample, parts).map(|(_, effect)| effect)
     }
 
     /// Each sample with its residual and the bound of that.
@@ -261,10 +288,8 @@ impl<'a> Base<'a> {
     }
 
     fn is_cancelled(&self, change: &Change) -> bool {
-        self.samples.iter().zip(&self.residuals).all(|(evidence, (residual, bound))| {
-            let Some((_, effect)) = self.model.effect(change, &evidence.sample) else {
-                return false;
-            };
+        self.residuals.iter().enumerate().all(|(number, (residual, bound))| {
+            let Some(effect) = self.effect(change, number) else { return false };
             effect
                 .iter()
                 .zip(residual)
@@ -274,9 +299,9 @@ impl<'a> Base<'a> {
 
     /// The number with which a changed force cancels the residual, if there is one.
     fn numbered(&self, force: &NumberedForce) -> Option<Change> {
-        let (evidence, (residual, _)) = self.samples.iter().zip(&self.residuals).next()?;
+        let (residual, _) = self.residuals.first()?;
         let along = |number: f64| -> Option<f64> {
-            let (_, effect) = self.model.effect(&force.with(number), &evidence.sample)?;
+            let effect = self.effect(&force.with(number), 0)?;
             let sum: f64 = effect.iter().zip(residual).map(|(a, b)| (a + b) * b).sum();
             sum.is_finite().then_some(sum)
         };
@@ -289,11 +314,11 @@ impl<'a> Base<'a> {
     /// The factor with which a part cancels the residual: the effect is affine in it, and vanishes at 1.
     fn scaled(&self, make: &dyn Fn(f64) -> Change) -> Option<Change> {
         let left_out = make(0.0);
-        let value = |evidence: &&Evidence| -> Option<Vec<f64>> {
-            let (_, effect) = self.model.effect(&left_out, &evidence.sample)?;
+        let value = |number: usize| -> Option<Vec<f64>> {
+            let effect = self.effect(&left_out, number)?;
             Some(effect.into_iter().map(|effect| -effect).collect())
         };
-        let values = self.samples.iter().map(value).collect::<Option<Vec<_>>>()?;
+        let values = (0..self.samples.len()).map(value).collect::<Option<Vec<_>>>()?;
         self.fitted(&values).map(make)
     }
 
@@ -304,17 +329,17 @@ impl<'a> Base<'a> {
         quantities: &[Quantity],
         make: &dyn Fn(f64) -> Change,
     ) -> Option<Change> {
-        let value = |evidence: &Evidence| {
+        let value = |parts: &Contributions| {
             let mut sum = vec![0.0; self.residuals[0].0.len()];
             for (term, quantity) in
                 terms.iter().flat_map(|term| quantities.iter().map(move |q| (*term, *q)))
             {
-                let value = self.model.contribution(term, quantity, &evidence.sample);
+                let value = parts.of(term, quantity);
                 sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
             }
             sum
         };
-        let values: Vec<Vec<f64>> = self.samples.iter().map(|evidence| value(evidence)).collect();
+        let values: Vec<Vec<f64>> = self.parts.iter().map(value).collect();
         let number = self.fitted(&values)?;
         // The others are among the listed changes.
         let is_unusual = ![0.0, -1.0, 2.0, 0.5].contains(&number);
@@ -381,8 +406,8 @@ pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Ch
     // Effects on all samples, in units of their bounds.
     let effect = |change: &&'static Change| -> Option<(&'static Change, Vec<f64>)> {
         let mut whole = Vec::new();
-        for (evidence, (_, bound)) in samples.iter().zip(&base.residuals) {
-            let (_, effect) = model.effect(change, &evidence.sample)?;
+        for (number, (_, bound)) in base.residuals.iter().enumerate() {
+            let effect = base.effect(change, number)?;
             whole.extend(effect.into_iter().map(|value| value / bound));
         }
         let is_there = whole.iter().any(|value| value.abs() > 1.0);
@@ -451,6 +476,7 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         | Effect::Fixed(_)
         | Effect::Helper(_)
         | Effect::Scene(_)
+        | Effect::Partly(..)
         | Effect::Rounds(_) => None,
     }
 }

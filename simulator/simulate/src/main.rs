@@ -310,12 +310,15 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         };
         if scene.forces.len() < PARALLEL { write()? } else { rayon::scope(|_| write())? }
     }
-    if cli.plot.is_some() || cli.convergence.is_some() {
-        let has_others =
-            cli.output.is_some() || cli.energy.is_some() || cli.iterations.is_some() || cli.stats;
-        if !has_others && !cli.film.is_asked() {
+    let has_files = cli.output.is_some() || cli.energy.is_some() || cli.iterations.is_some();
+    if !has_files && !cli.stats && !cli.film.is_asked() {
+        if cli.plot.is_some() || cli.convergence.is_some() {
             return Ok(());
         }
+        print_message(
+            "note",
+            "the scene is simulated, and nothing is written\n  help: -o trace.csv writes the state after every step",
+        );
     }
     // Steps that use several threads enter their pool at no cost from inside; to start it takes a moment.
     if scene.forces.len() < PARALLEL {

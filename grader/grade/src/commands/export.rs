@@ -386,8 +386,8 @@ impl BundleArgs {
             archive::write(&mut bytes, &files).map_err(Stop::fault)?;
             if bytes.len() > most {
                 return Err(Stop::bad_input(format!(
-                    "the bundle has {} MiB compressed, and the platform fetches at most {}\n  help: strip a copy of grade, \
-                     and name it with --program",
+                    "the bundle has {} MiB compressed, and the platform fetches at most {}\n  help: name a smaller grade with \
+                     --program: that of a package, or of cargo build --profile dist --bin grade",
                     bytes.len().div_ceil(1 << 20),
                     most >> 20
                 )));

@@ -65,7 +65,7 @@ pub enum Solver {
     Qr,
     /// The inverse times the right-hand side.
     Inverse,
-    /// The unreduced system for positions and velocities, by LU with row pivoting.
+    /// The unreduced system for positions and velocities, by LU with row pivoting: positions are those of the system.
     Unreduced,
     /// LU, with a perturbed solution like that of an iterative solver that stops at a residual of 1e-12.
     Iterative,
@@ -270,13 +270,15 @@ impl Second {
         drift(arithmetic, h, &u, &mut ahead);
         let (mut reached, mut made) = (false, 0);
         while made < most {
-            let delta = self.update((time, h), v, &ahead, &u)?;
+            let (delta, moved) = self.update((time, h), v, &ahead, &u)?;
             made += 1;
             for (u, delta) in u.iter_mut().zip(&delta) {
                 *u += delta;
             }
-            if self.style.solver == Solver::Unreduced {
-                drift(arithmetic, h, &delta, &mut ahead);
+            if let Some(moved) = moved {
+                for (ahead, moved) in ahead.iter_mut().zip(moved) {
+                    *ahead += moved;
+                }
             } else {
                 ahead.copy_from_slice(x);
                 drift(arithmetic, h, &u, &mut ahead);
@@ -302,14 +304,15 @@ impl Second {
         Some(())
     }
 
-    /// Newton's update of the velocities in a step of `h` from `time` on; 0 for fixed particles.
+    /// Newton's update of the velocities in a step of `h` from `time` on, and of the positions where the system has them; 0 for
+    /// fixed particles.
     fn update(
         &mut self,
         (time, h): (f64, f64),
         v: &[f64],
         ahead: &[f64],
         u: &[f64],
-    ) -> Option<Vec<f64>> {
+    ) -> Option<(Vec<f64>, Option<Vec<f64>>)> {
         let time = time + h;
         let dimension = self.dimension();
         let force = self.force(ahead, u, time);
@@ -317,7 +320,7 @@ impl Second {
         let free: Vec<usize> =
             (0..u.len()).filter(|dof| !self.scene.particles[dof / dimension].fixed).collect();
         if free.is_empty() {
-            return Some(vec![0.0; u.len()]);
+            return Some((vec![0.0; u.len()], None));
         }
         let mass = |dof: usize| self.scene.particles[dof / dimension].mass;
         let right = DVector::from_iterator(
@@ -330,6 +333,13 @@ impl Second {
             inertia(row, column) - h * (h * k[(row, column)] + b[(row, column)])
         };
         let n = free.len();
+        let on_all = |solution: &[f64]| {
+            let mut all = vec![0.0; u.len()];
+            for (&dof, value) in free.iter().zip(solution) {
+                all[dof] = *value;
+            }
+            all
+        };
         let solution = match self.style.solver {
             Solver::Unreduced => {
                 let matrix = DMatrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
@@ -343,7 +353,9 @@ impl Second {
                 });
                 let mut all = DVector::zeros(2 * n);
                 all.rows_mut(n, n).copy_from(&right);
-                matrix.lu().solve(&all)?.rows(n, n).into_owned()
+                let solution = matrix.lu().solve(&all)?;
+                let (moved, delta) = solution.as_slice().split_at(n);
+                return Some((on_all(delta), Some(on_all(moved))));
             }
             Solver::PartialLu => DMatrix::from_fn(n, n, reduced).lu().solve(&right)?,
             Solver::FullLu => DMatrix::from_fn(n, n, reduced).full_piv_lu().solve(&right)?,
@@ -355,11 +367,7 @@ impl Second {
                 DMatrix::from_fn(n, n, reduced).lu().solve(&off)?
             }
         };
-        let mut delta = vec![0.0; u.len()];
-        for (&dof, value) in free.iter().zip(solution.iter()) {
-            delta[dof] = *value;
-        }
-        Some(delta)
+        Some((on_all(solution.as_slice()), None))
     }
 
     fn dimension(&self) -> usize {

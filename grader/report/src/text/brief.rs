@@ -22,20 +22,37 @@ const EXAMPLES: usize = 2;
 /// Lines of a message in an example.
 const LINES: usize = 6;
 
+/// Lines of the message of a build that failed.
+const BUILD_LINES: usize = 24;
+
 /// Writes the report.
 pub(super) fn write(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     write_features(out, grading)?;
     writeln!(out)?;
     super::write_summary(out, grading, Audience::Graders, Remarks::Warnings)?;
     super::write_hidden(out, grading)?;
-    if grading.interrupted.is_none() {
-        write_findings(out, grading)?;
+    if let Some(verdict) = not_built(grading) {
+        writeln!(out, "\n{BOLD}No scene was run: {}{BOLD:#}", verdict.name().replace('-', " "))?;
+        write_message(out, verdict, BUILD_LINES, 2)
+    } else if grading.interrupted.is_none() {
+        write_findings(out, grading)
+    } else {
+        Ok(())
     }
-    Ok(())
+}
+
+/// The verdict of every scene, if there is nothing that could be run.
+fn not_built(grading: &Grading) -> Option<&Verdict> {
+    let mut verdicts = remarks::scenes(grading).map(|scene| &scene.comparison.verdict);
+    let first = verdicts.next()?;
+    let is_unbuilt =
+        matches!(first, Verdict::Fail(Failure::BuildFailed(_) | Failure::BadHandIn { .. }));
+    (is_unbuilt && verdicts.all(|verdict| verdict == first)).then_some(first)
 }
 
 fn write_features(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     let mut rows = vec![header(&["", "integrator", "scenes", "hidden", "points", "verdict"], 2..5)];
+    let is_unbuilt = not_built(grading).is_some();
     for section in Section::ALL {
         let features = grading.features.iter().filter(|each| each.feature.section == section);
         let features: Vec<&FeatureResult> = features.collect();
@@ -65,6 +82,9 @@ fn write_features(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
         let mut title = vec![Cell::left(super::title(section)), Cell::left(passed)];
         title.extend(of(section, all));
         rows.push(title.into_iter().map(|cell| cell.styled(BOLD)).collect());
+        if is_unbuilt {
+            continue;
+        }
         let (lacking, there): (Vec<&FeatureResult>, Vec<&FeatureResult>) =
             features.iter().partition(|result| result.is_lacking());
         let (passed, failed): (Vec<&FeatureResult>, Vec<&FeatureResult>) =
@@ -195,20 +215,29 @@ fn write_example(out: &mut dyn Write, scene: &SceneResult) -> io::Result<()> {
     let Some(first) = &scene.comparison.first_wrong else {
         let name = verdict.name().replace('-', " ");
         writeln!(out, "    {DIM}in {}:{DIM:#} {name}", scene.id)?;
-        let message = verdict.to_string();
-        for line in message.lines().take(LINES) {
-            writeln!(out, "      {line}")?;
-        }
-        let more = message.lines().count().saturating_sub(LINES);
-        return if more > 0 {
-            writeln!(out, "      {DIM}… and {more} more lines (--verbose){DIM:#}")
-        } else {
-            Ok(())
-        };
+        return write_message(out, verdict, LINES, 6);
     };
     let (step, particle) = (first.place.step, first.place.particle);
     writeln!(out, "    {DIM}in {}, step {step}, particle {particle}:{DIM:#}", scene.id)?;
     super::write_digits(out, first, 6)
+}
+
+/// Writes the first lines of what a verdict says, indented by so many blanks.
+fn write_message(
+    out: &mut dyn Write,
+    verdict: &Verdict,
+    most: usize,
+    indent: usize,
+) -> io::Result<()> {
+    let message = verdict.to_string();
+    for line in message.lines().take(most) {
+        writeln!(out, "{:indent$}{line}", "")?;
+    }
+    let more = message.lines().count().saturating_sub(most);
+    if more > 0 {
+        writeln!(out, "{:indent$}{DIM}… and {more} more lines (--verbose){DIM:#}", "")?;
+    }
+    Ok(())
 }
 
 /// Writes the commands that go on from here: the next scene of an unfinished program, the first wrong step, the page.
@@ -223,6 +252,12 @@ pub(super) fn write_next(
     {
         return Ok(());
     }
+    if not_built(grading).is_some() {
+        return writeln!(
+            out,
+            "\n{BOLD}Next{BOLD:#}\n  Mend what the message above says, and grade again."
+        );
+    }
     let NextCommands { arguments, page } = next;
     let mut failed: Vec<&SceneResult> = Vec::new();
     let is_there = |finding: &&Finding| finding.kind != FindingKind::NotImplemented;
@@ -235,21 +270,7 @@ pub(super) fn write_next(
     failed.sort_by_key(is_extra);
     let is_lack = |scene: &&&SceneResult| scene.comparison.verdict.is_lack();
     let mut steps: Vec<(String, &str)> = Vec::new();
-    let wrong = failed.iter().find(|scene| !is_lack(scene));
-    let not_built = |scene: &&&SceneResult| {
-        matches!(
-            scene.comparison.verdict,
-            Verdict::Fail(Failure::BuildFailed(_) | Failure::BadHandIn { .. })
-        )
-    };
-    match wrong {
-        Some(scene) if not_built(&scene) => {
-            writeln!(
-                out,
-                "\n{BOLD}Next{BOLD:#}\n  Mend what the message above says, and grade again."
-            )?;
-            return Ok(());
-        }
+    match failed.iter().find(|scene| !is_lack(scene)) {
         Some(scene) if scene.diagnosis.is_some() => steps.push((
             format!("grade explain {} {arguments}", scene.id),
             "the first wrong step, with your numbers in its equation",

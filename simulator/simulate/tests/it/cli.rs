@@ -342,10 +342,15 @@ fn statistics_are_rows_of_a_name_and_a_value() {
 }
 
 #[test]
-fn run_without_output_is_silent() {
+fn run_without_output_says_so() {
     let folder = folder_with(SCENE);
-    assert_eq!(run(folder.path(), &["scene.xml"]), "");
+    let note = "note: the scene is simulated, and nothing is written\n  help: -o trace.csv writes the state after every step\n";
+    let alone = simulate(folder.path(), &["scene.xml"]);
+    assert_eq!((alone.status.code(), stderr(&alone)), (Some(0), note));
+    assert!(alone.stdout.is_empty());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    // What prints is no reason for it.
+    run(folder.path(), &["scene.xml", "--stats"]);
 }
 
 #[test]

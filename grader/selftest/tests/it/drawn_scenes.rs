@@ -60,7 +60,7 @@ fn the_correct_student_is_right_on_drawn_scenes() {
 #[test]
 fn drawn_scenes_find_sampled_mistakes() {
     let seed = seed();
-    let sampled = sample(mistake::all(), 10);
+    let sampled = sample(mistake::all(), 6);
     let is_missed = |mistake: &Mistake| is_found(mistake, seed, Duration::MAX, 6000).is_none();
     let missed: Vec<Mistake> = sampled.into_iter().filter(is_missed).collect();
     let names = missed.iter().map(|mistake| (&mistake.subject, &mistake.description));

@@ -29,7 +29,7 @@ fn inputs() -> (Suite, Oracle, Rubric) {
 fn drawn_programs_are_judged_correctly() {
     let (suite, oracle, rubric) = inputs();
     let inputs = Inputs { suite: &suite, oracle: &oracle, rubric: &rubric };
-    let plan = Plan { first: 0, count: 20, seed: seed() };
+    let plan = Plan { first: 0, count: 6, seed: seed() };
     let results = drawn::run(inputs, plan, &Thresholds::default());
     let rates = report::drawn::rates(&results);
     let of = |name: &str| rates.iter().find(|rate| rate.name.starts_with(name)).expect("a rate");
@@ -37,9 +37,9 @@ fn drawn_programs_are_judged_correctly() {
     assert!(of("mistakes caught").is_met(), "{details}");
     // Of 200 programs, one may have a false finding, and of 30, one may not be named first: `ci/selftest.sh` draws enough
     // programs to see that.
-    assert!(of("programs with a false").rate.right <= 2, "{details}");
+    assert!(of("programs with a false").rate.right <= 1, "{details}");
     let named = of("one mistake: named").rate;
-    assert!(named.right + 2 >= named.all, "{details}");
+    assert!(named.right + 1 >= named.all, "{details}");
 }
 
 /// A simulator with mistakes loses no scene that it passes.
@@ -67,7 +67,7 @@ fn assert_no_copies(count: usize) {
 
 #[test]
 fn sampled_mistakes_are_not_taken_for_copies() {
-    assert_no_copies(4);
+    assert_no_copies(2);
 }
 
 #[test]

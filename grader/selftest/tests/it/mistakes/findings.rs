@@ -128,7 +128,7 @@ fn assert_named_in_these_words(count: usize) {
 
 #[test]
 fn sampled_guards_and_other_formulas_are_named_in_these_words() {
-    assert_named_in_these_words(2);
+    assert_named_in_these_words(1);
 }
 
 #[test]
@@ -183,7 +183,7 @@ const ASSIGNMENTS: [&str; 2] = ["elastodynamics", "fast-mass-spring"];
 #[test]
 fn sampled_mistakes_in_minimising_methods_have_no_false_finding() {
     for name in ASSIGNMENTS {
-        assert_no_false_finding(name, 4);
+        assert_no_false_finding(name, 2);
     }
 }
 

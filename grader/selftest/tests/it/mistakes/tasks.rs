@@ -107,7 +107,7 @@ const COUNTS: [usize; 3] = [57, 9, 3];
 #[test]
 fn sampled_mistakes_are_named_by_their_task() {
     for written in [WITH_VELOCITIES, POSITIONS_ALONE] {
-        let outcomes = outcomes(written, 5);
+        let outcomes = outcomes(written, 2);
         let [_, pointed_at, nothing] = counts(&outcomes);
         assert!(pointed_at <= COUNTS[1] && nothing <= COUNTS[2], "{outcomes:#?}");
     }

@@ -15,19 +15,26 @@ use serde_json::Value;
 /// other scenes it then stops, waits, floods its output, or simulates without some forces. A recorder (`spy:FOLDER`) simulates
 /// them, and stores them with their traces.
 const PROGRAM: &str = r#"
-import hashlib, math, pathlib, re, sys, time
+import math, os, re, sys, time
 import xml.etree.ElementTree as ElementTree
 
+def read(path):
+    return open(path).read()
+
+def write(path, text):
+    open(path, "w").write(text)
+
 mode, path, trace = sys.argv[1:]
-text = pathlib.Path(path).read_text()
+text = read(path)
 
 def key(text):
     return re.search("<description[^>]*>", text)[0] if mode == "description" else text
 
 if mode not in ("honest", "wrong", "blind"):
-    for known in (pathlib.Path(__file__).parent / "known").glob("*.xml"):
-        if key(known.read_text()) == key(text):
-            pathlib.Path(trace).write_text(known.with_suffix(".csv").read_text())
+    folder = os.path.dirname(__file__) + "/known/"
+    for known in os.listdir(folder):
+        if known.endswith(".xml") and key(read(folder + known)) == key(text):
+            write(trace, read(folder + known[:-3] + "csv"))
             sys.exit()
 if mode in ("bytes", "description"):
     sys.exit("unknown scene")
@@ -67,9 +74,10 @@ with open(trace, "w") as file:
                 v[i][axis] += h * a
                 x[i][axis] += h * (old if explicit else v[i][axis])
 if mode.startswith("spy:"):
-    known = pathlib.Path(mode[4:]) / hashlib.sha256(text.encode()).hexdigest()
-    known.with_suffix(".csv").write_text(pathlib.Path(trace).read_text())
-    known.with_suffix(".xml").write_text(text)
+    import hashlib
+    known = mode[4:] + "/" + hashlib.sha256(text.encode()).hexdigest()
+    write(known + ".csv", read(trace))
+    write(known + ".xml", text)
 "#;
 
 /// Shipped scenes with explicit methods, from four groups.
@@ -110,7 +118,7 @@ impl Project {
         fs::create_dir_all(&known).unwrap();
         fs::write(submission.join("program.py"), PROGRAM).unwrap();
         let run = format!(
-            "run = [\"python3\", \"{{folder}}/program.py\", \"{mode}\", \"{{scene}}\", \"{{trace}}\"]\n"
+            "run = [\"python3\", \"-S\", \"{{folder}}/program.py\", \"{mode}\", \"{{scene}}\", \"{{trace}}\"]\n"
         );
         fs::write(submission.join("submission.toml"), run).unwrap();
         for group in fs::read_dir(self.path("assets")).unwrap() {
@@ -152,7 +160,7 @@ fn xml_files(folder: &Path) -> Vec<PathBuf> {
 #[needs("test -x /usr/bin/python3")]
 #[test]
 fn sampled_looked_up_scenes_earn_no_credit() {
-    assert_no_credit(2);
+    assert_no_credit(1);
 }
 
 #[test]
@@ -294,7 +302,8 @@ fn a_program_that_is_right_in_shipped_scenes_alone_is_said_to_be() {
 #[test]
 fn simulated_scenes_count_even_if_others_are_looked_up() {
     let project = Project::new();
-    for mode in ["honest", "wrong", "blind"] {
+    // One that is right throughout is below: `scenes_with_short_numbers_count_where_longer_ones_are_cut`.
+    for mode in ["wrong", "blind"] {
         project.submit(mode);
         let report = project.json(mode, &["--no-jacobians"]);
         assert!(report["copied"].is_null(), "{mode}: {}", report["copied"]);

@@ -5,10 +5,10 @@
 //! files below it may name each other. What it re-exports counts as an import of the file that has it.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::Path;
 
 use crate::docs::crates;
+use crate::folder::sources_below;
 
 /// Path of a module from the root of its crate, which is empty.
 type ModulePath = Vec<String>;
@@ -22,25 +22,15 @@ type Imports = BTreeMap<ModulePath, Vec<Import>>;
 fn sources(root: &Path) -> Sources {
     let mut sources = Sources::new();
     let mut tests = BTreeSet::new();
-    let mut folders = vec![root.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                let inside = path.strip_prefix(root).unwrap().with_extension("");
-                let mut module: ModulePath =
-                    inside.iter().map(|name| name.display().to_string()).collect();
-                let is_folder = |name: &String| ["mod", "lib", "main"].contains(&name.as_str());
-                module.pop_if(|name| is_folder(name));
-                let text = fs::read_to_string(&path).unwrap();
-                if text.contains("#[cfg(test)]\nmod tests;") {
-                    tests.insert([module.as_slice(), &["tests".to_owned()]].concat());
-                }
-                sources.insert(module, code(&text));
-            }
+    for (path, text) in sources_below(root) {
+        let inside = path.strip_prefix(root).unwrap().with_extension("");
+        let mut module: ModulePath = inside.iter().map(|name| name.display().to_string()).collect();
+        let is_folder = |name: &String| ["mod", "lib", "main"].contains(&name.as_str());
+        module.pop_if(|name| is_folder(name));
+        if text.contains("#[cfg(test)]\nmod tests;") {
+            tests.insert([module.as_slice(), &["tests".to_owned()]].concat());
         }
+        sources.insert(module, code(&text));
     }
     sources.retain(|module, _| !tests.contains(module));
     sources

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use test_support::{root, write};
 
-use crate::folder::{Run, command, run};
+use crate::folder::{Run, command, files_below, run};
 
 /// A swinging pair: for t1m2.
 const PAIR: &str = r#"<scene>
@@ -68,20 +68,14 @@ fn a_gallery_shows_every_scene_and_hides_names_on_request() {
     let arguments = ["gallery", "hand-ins", "-o", "hidden", "--hide-names", "key.csv"];
     let output = grade(folder, &arguments);
     assert_eq!(output.code, 0, "{}", output.stderr);
-    let mut files = vec![folder.join("hidden")];
-    let mut n_files = 0;
-    while let Some(path) = files.pop() {
-        if path.is_dir() {
-            files.extend(fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
-            continue;
-        }
+    let files = files_below(&folder.join("hidden"));
+    assert!(files.len() > 8, "{files:?}");
+    for path in files {
         let text = fs::read_to_string(&path).unwrap().to_lowercase();
         for name in ["ada_", "ada/", "ada &", "bob", "hand-ins"] {
             assert!(!text.contains(name), "{}: {name}", path.display());
         }
-        n_files += 1;
     }
-    assert!(n_files > 8, "{n_files}");
     let key = fs::read_to_string(folder.join("key.csv")).unwrap();
     let key: BTreeMap<&str, &str> = key.lines().filter_map(|line| line.split_once(',')).collect();
     let owners: Vec<&str> = ["Scene 1", "Scene 2"].iter().map(|scene| key[scene]).collect();

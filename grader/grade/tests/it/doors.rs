@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
 
 use grader::boundary::door::{Door, Limit};
 use test_support::{assert_document, root};
+
+use crate::folder::sources_below;
 
 #[path = "../../../../ci/fuzz/src/doors.rs"]
 mod checks;
@@ -108,22 +109,12 @@ fn modules_of_hand_ins_read_as_their_own_only_what_is_signed() {
 
 /// The code of the sources in these folders, without tests, by the names of the files.
 fn sources(folders: &[&str]) -> BTreeMap<String, String> {
-    let mut folders: Vec<PathBuf> = folders.iter().map(|folder| root().join(folder)).collect();
-    let mut found = BTreeMap::new();
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                let text = fs::read_to_string(&path).unwrap();
-                let code = text.split("#[cfg(test)]\nmod ").next().unwrap();
-                let name = path.strip_prefix(root()).unwrap().display().to_string();
-                found.insert(name, code.to_owned());
-            }
-        }
-    }
-    found
+    let sources = folders.iter().flat_map(|folder| sources_below(&root().join(folder)));
+    let named = sources.map(|(path, text)| {
+        let code = text.split("#[cfg(test)]\nmod ").next().unwrap().to_owned();
+        (path.strip_prefix(root()).unwrap().display().to_string(), code)
+    });
+    named.collect()
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Temporary folders in which `grade` runs.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -34,6 +35,20 @@ pub(crate) fn run(command: &mut Command) -> Run {
 /// A text without its line breaks: reports wrap.
 pub(crate) fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// All files below a folder.
+pub(crate) fn files_below(folder: &Path) -> BTreeSet<PathBuf> {
+    let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files = |path: PathBuf| if path.is_dir() { files_below(&path) } else { [path].into() };
+    paths.flat_map(files).collect()
+}
+
+/// The sources in Rust below a folder, with their texts.
+pub(crate) fn sources_below(folder: &Path) -> impl Iterator<Item = (PathBuf, String)> + use<> {
+    let files = files_below(folder).into_iter();
+    let sources = files.filter(|path| path.extension().is_some_and(|extension| extension == "rs"));
+    sources.map(|path| (path.clone(), fs::read_to_string(path).unwrap()))
 }
 
 /// Runs `grade` in a folder.

@@ -106,7 +106,7 @@ fn long_fast_mass_spring_pack_passes_its_own_check() {
 #[needs("test -x /usr/bin/python3")]
 #[test]
 fn sampled_functions_are_graded_one_by_one() {
-    assert_graded_one_by_one(3);
+    assert_graded_one_by_one(1);
 }
 
 #[needs("test -x /usr/bin/python3")]
@@ -493,7 +493,7 @@ const FAULTS: &[Fault] = &[
 #[needs("test -x /usr/bin/python3")]
 #[test]
 fn sampled_faults_of_a_pack_are_refused_with_their_remedy() {
-    assert_refused(12);
+    assert_refused(4);
 }
 
 #[needs("test -x /usr/bin/python3")]
@@ -575,8 +575,8 @@ zipped("bad-other.zip", {"report.pdf": "x"})
 zipped("bad-leads-out.zip", {"../forces.py": right})
 zipped("bad-absolute.zip", {"/forces.py": right})
 zipped("bad-twice.zip", {"a/forces.py": right, "b/forces.py": right + "\n"})
-zipped("bad-bomb.zip", {"forces.py": "\0" * (520 << 20)})
-zipped("bad-many.zip", {f"f{n}": "" for n in range(20_100)})
+zipped("bad-bomb.zip", {})
+zipped("bad-many.zip", {})
 data = open("class/right.zip", "rb").read()
 open("class/bad-cut.zip", "wb").write(data[:60] + data[70:])
 data = open("class/right.tar.gz", "rb").read()
@@ -599,10 +599,23 @@ open("class/bad-text.txt", "w").write("my forces are in the other folder")
 os.makedirs("class/bad-nothing")
 "##;
 
+/// Fills those of the forms that take long to write, if they are still there.
+const LARGE_FORMS: &str = r##"
+import os, zipfile
+for name, files in [
+    ("bad-bomb.zip", lambda: [("forces.py", "\0" * (520 << 20))]),
+    ("bad-many.zip", lambda: [(f"f{n}", "") for n in range(20_100)]),
+]:
+    if os.path.exists("class/" + name):
+        with zipfile.ZipFile("class/" + name, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            for path, text in files():
+                archive.writestr(path, text)
+"##;
+
 #[needs("test -x /usr/bin/python3")]
 #[test]
 fn sampled_forms_of_a_hand_in_are_graded_or_named() {
-    assert_forms(12);
+    assert_forms(6);
 }
 
 #[needs("test -x /usr/bin/python3")]
@@ -619,6 +632,7 @@ fn assert_forms(count: usize) -> usize {
     fs::copy(right, folder.path("right.py")).unwrap();
     python(&folder.path("."), FORMS);
     let n_forms = draw_class(&folder, &[], count);
+    python(&folder.path("."), LARGE_FORMS);
     small_pack(&folder);
     let arguments = ["class", "class", "-o", "out", "--pack", "pack", "--no-jacobians"];
     let run = grade(&folder.path("."), &arguments);
@@ -813,7 +827,7 @@ folder("bad-binary", {"report.txt": "see fosssim.exe"})
 #[needs("test -x /usr/bin/python3 && g++ --version && ar --version")]
 #[test]
 fn sampled_class_on_the_starter_code_lands_where_it_should() {
-    assert_class(4);
+    assert_class(2);
 }
 
 #[needs("test -x /usr/bin/python3 && g++ --version && ar --version")]

@@ -1,13 +1,11 @@
 //! Reports as pages: files, links, and what must not be in them. `ci/browser.sh` opens them in a browser.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::ops::Deref;
 use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
 use test_support::FREE_PARTICLE;
 
-use crate::folder::Folder;
+use crate::folder::{Folder, files_below};
 
 /// Prints a text that must not become markup, and fails.
 const HOSTILE: &str = "#!/bin/sh\necho \"</script><script>alert('run')</script>]]>\" >&2\nexit 3\n";
@@ -48,20 +46,6 @@ impl Project {
     }
 }
 
-/// Every file below a folder.
-fn files(folder: &Path) -> BTreeSet<PathBuf> {
-    let mut found = BTreeSet::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            found.extend(files(&path));
-        } else {
-            found.insert(path);
-        }
-    }
-    found
-}
-
 /// The addresses in a page.
 fn addresses(page: &str) -> Vec<&str> {
     let starts = ["href=\"", "src=\""];
@@ -82,7 +66,8 @@ fn every_link_of_the_pages_resolves() {
     project.grade(&["jacobians", "--force", "dragdamping", "--html", "jacobians"], 0);
     for folder in ["pages", "class-pages", "jacobians"] {
         let home = project.path(folder).canonicalize().unwrap();
-        for page in files(&home).iter().filter(|path| path.extension().is_some_and(|e| e == "html"))
+        for page in
+            files_below(&home).iter().filter(|path| path.extension().is_some_and(|e| e == "html"))
         {
             let text = fs::read_to_string(page).unwrap();
             assert!(text.contains("Content-Security-Policy"), "{}", page.display());
@@ -140,7 +125,7 @@ fn text_of_a_submission_and_hidden_scenes_stay_out_of_the_source() {
     project.write("hostile", HOSTILE);
     fs::set_permissions(project.path("hostile"), fs::Permissions::from_mode(0o755)).unwrap();
     project.grade(&["hostile", "--hidden", "hidden", "--html", "pages"], 1);
-    for path in files(&project.path("pages")) {
+    for path in files_below(&project.path("pages")) {
         let text = fs::read_to_string(&path).unwrap();
         for secret in ["moonlight", "Secret", "0.8765432"] {
             assert!(!text.contains(secret), "{}: {secret}", path.display());

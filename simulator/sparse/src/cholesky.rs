@@ -5,7 +5,7 @@
 //! ```
 
 use crate::LinearError;
-use crate::factor::BlockFactor;
+use crate::factor::{BlockFactor, Factor};
 use crate::pivot::Inertia;
 use crate::symbolic::{Front, SymbolicFactor};
 
@@ -30,7 +30,8 @@ impl Cholesky {
     pub fn new(starts: &[usize], rows: &[u32], values: &[f64]) -> Result<Self, LinearError> {
         let size = starts.len() - 1;
         let symbolic = SymbolicFactor::new(starts, rows);
-        let factor = BlockFactor::new(&symbolic, true).ok_or(LinearError::OutOfMemory { size })?;
+        let factor = BlockFactor::new(&symbolic, true, usize::MAX);
+        let factor = factor.ok_or(LinearError::OutOfMemory { size })?;
         let mut cholesky = Self { symbolic, factor };
         match cholesky.factor.factorise(&cholesky.symbolic, values) {
             Inertia::Definite => Ok(cholesky),

@@ -17,7 +17,7 @@
 //!
 //! Everything is sums and products in a fixed order, never fused, whatever vectors the processor has: the
 //! bits are the same on all of them. Cost: `2 D³` operations for each product of blocks in the symbolic factor, twice that
-//! without symmetry; a solution is two passes over the factor. Nothing is allocated after [`BlockFactor::new`].
+//! without symmetry; a solution is two passes over the factor. Nothing is allocated after [`new`].
 
 #![expect(clippy::needless_range_loop, reason = "indices run over several arrays at once")]
 
@@ -30,6 +30,55 @@ use crate::pivot::{Inertia, PivotBlock, zeros};
 use crate::sizes::{LARGE, PANEL, TILE_ROWS};
 use crate::statistics::FactorWork;
 use crate::symbolic::{Branch, Front, SymbolicFactor};
+
+/// The numeric factor of blocks of some size.
+pub(crate) trait Factor: Send + Sync {
+    /// Factorises the matrix whose blocks are `values`.
+    fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia;
+
+    /// Overwrites a right-hand side by the solution.
+    fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]);
+
+    /// Magnitude of the smallest pivot of the last factorisation.
+    fn smallest_pivot(&self) -> f64;
+
+    /// The work since the last call.
+    fn take_work(&mut self) -> FactorWork;
+}
+
+/// Allocates a factor, with fronts that are large from so many rows on; `None` if there is not enough memory.
+type Allocate = fn(&SymbolicFactor, bool, usize) -> Option<Box<dyn Factor>>;
+
+/// Factors of blocks of one to three rows: compiled in this crate, and not again in each that solves.
+static OF_FEW_ROWS: [Allocate; 3] = [allocate::<1>, allocate::<2>, allocate::<3>];
+
+fn allocate<const D: usize>(
+    symbolic: &SymbolicFactor,
+    symmetric: bool,
+    large: usize,
+) -> Option<Box<dyn Factor>> {
+    Some(Box::new(BlockFactor::<D>::new(symbolic, symmetric, large)?))
+}
+
+/// Allocates the factor of blocks of `D` rows; `None` if there is not enough memory.
+pub(crate) fn new<const D: usize>(
+    symbolic: &SymbolicFactor,
+    symmetric: bool,
+) -> Option<Box<dyn Factor>> {
+    let large = if uses_threads(symbolic) { LARGE } else { usize::MAX };
+    with_large_fronts::<D>(symbolic, symmetric, large)
+}
+
+/// The same with fronts that are large from so many rows on.
+pub(crate) fn with_large_fronts<const D: usize>(
+    symbolic: &SymbolicFactor,
+    symmetric: bool,
+    large: usize,
+) -> Option<Box<dyn Factor>> {
+    let allocate =
+        if const { 0 < D && D <= OF_FEW_ROWS.len() } { OF_FEW_ROWS[D - 1] } else { allocate::<D> };
+    allocate(symbolic, symmetric, large)
+}
 
 /// The numeric factor, with the workspace of factorisation and substitution.
 pub(crate) struct BlockFactor<const D: usize> {
@@ -68,18 +117,8 @@ struct Workspace<const D: usize> {
 }
 
 impl<const D: usize> BlockFactor<D> {
-    /// Allocates the factor; `None` if there is not enough memory.
-    pub(crate) fn new(symbolic: &SymbolicFactor, symmetric: bool) -> Option<Self> {
-        let large = if uses_threads(symbolic) { LARGE } else { usize::MAX };
-        Self::with_large_fronts(symbolic, symmetric, large)
-    }
-
-    /// The same with fronts that count as large from so many rows on.
-    pub(crate) fn with_large_fronts(
-        symbolic: &SymbolicFactor,
-        symmetric: bool,
-        large: usize,
-    ) -> Option<Self> {
+    /// Allocates the factor, with fronts that are large from so many rows on; `None` if there is not enough memory.
+    pub(crate) fn new(symbolic: &SymbolicFactor, symmetric: bool, large: usize) -> Option<Self> {
         let height = symbolic.max_height * D;
         let workspaces = Workspace::of_branches(symbolic, &symbolic.branches, large);
         let zero = PivotBlock { lu: [[0.0; D]; D], rows: [0; D], columns: [0; D] };
@@ -95,18 +134,14 @@ impl<const D: usize> BlockFactor<D> {
         })
     }
 
-    /// The work since the last call.
-    pub(crate) fn take_work(&mut self) -> FactorWork {
-        std::mem::take(&mut self.work)
-    }
-
     /// Whether it is the factor of a symmetric matrix.
     fn is_symmetric(&self) -> bool {
         self.upper.columns.is_empty()
     }
+}
 
-    /// Factorises the matrix whose blocks are `values`.
-    pub(crate) fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia {
+impl<const D: usize> Factor for BlockFactor<D> {
+    fn factorise(&mut self, symbolic: &SymbolicFactor, values: &[f64]) -> Inertia {
         let products = if self.is_symmetric() { 1 } else { 2 } * symbolic.n_products;
         self.work.operations += 2 * (D * D * D) as u64 * products;
         let threads = uses_threads(symbolic);
@@ -121,14 +156,12 @@ impl<const D: usize> BlockFactor<D> {
         if threads { rayon::scope(|_| run()) } else { run() }
     }
 
-    /// Magnitude of the smallest pivot of the last factorisation.
-    pub(crate) fn smallest_pivot(&self) -> f64 {
+    fn smallest_pivot(&self) -> f64 {
         let reciprocals = self.pivots.iter().flat_map(|pivot| (0..D).map(|k| pivot.lu[k][k].abs()));
         reciprocals.fold(0.0, f64::max).recip()
     }
 
-    /// Overwrites a right-hand side by the solution.
-    pub(crate) fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]) {
+    fn solve(&mut self, symbolic: &SymbolicFactor, values: &mut [f64]) {
         let arch = pulp::Arch::new();
         self.work.add_substitutions(symbolic.n_factor * D * D, 1);
         if self.is_symmetric() {
@@ -136,6 +169,10 @@ impl<const D: usize> BlockFactor<D> {
         } else {
             arch.dispatch(Solve::<D, false> { symbolic, values, factor: self })
         }
+    }
+
+    fn take_work(&mut self) -> FactorWork {
+        std::mem::take(&mut self.work)
     }
 }
 
@@ -903,108 +940,4 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
         sum += a * b;
     }
     sum
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A square net with all diagonals: its pattern, and stiffness matrices with `weight` on the diagonal.
-    struct Net {
-        starts: Vec<usize>,
-        rows: Vec<u32>,
-    }
-
-    impl Net {
-        fn new(side: usize, symmetric: bool) -> Self {
-            let (mut starts, mut rows) = (vec![0], Vec::new());
-            for own in 0..side * side {
-                let (row, column) = (own / side, own % side);
-                let near = |other: &usize| {
-                    (other / side).abs_diff(row) <= 1 && (other % side).abs_diff(column) <= 1
-                };
-                let others = (0..side * side).filter(|other| *other != own && near(other));
-                rows.push(own as u32);
-                rows.extend(
-                    others.filter(|other| !symmetric || *other > own).map(|row| row as u32),
-                );
-                starts.push(rows.len());
-            }
-            Self { starts, rows }
-        }
-
-        fn values<const D: usize>(&self, symmetric: bool, weight: f64) -> Vec<f64> {
-            let mut random = fastrand::Rng::with_seed(7);
-            let mut values = Vec::new();
-            for own in 0..self.starts.len() - 1 {
-                for place in self.starts[own]..self.starts[own + 1] {
-                    let on_diagonal = self.rows[place] as usize == own;
-                    let mut block = [[0.0; D]; D];
-                    for (i, j) in (0..D).flat_map(|i| (0..D).map(move |j| (i, j))) {
-                        block[j][i] = random.f64() - 0.5;
-                        if on_diagonal && symmetric && j < i {
-                            block[j][i] = block[i][j];
-                        }
-                        if on_diagonal && i == j {
-                            block[j][i] += weight;
-                        }
-                    }
-                    values.extend(block.as_flattened());
-                }
-            }
-            values
-        }
-    }
-
-    /// The bits of a solution, the signs of the pivots, and whether there are branches.
-    fn solve<const D: usize>(
-        net: &Net,
-        values: &[f64],
-        symmetric: bool,
-        large: usize,
-        n_threads: usize,
-    ) -> (Vec<u64>, Inertia, bool) {
-        let symbolic = SymbolicFactor::new(&net.starts, &net.rows);
-        let factor = BlockFactor::<D>::with_large_fronts(&symbolic, symmetric, large);
-        let mut factor = factor.unwrap();
-        let mut right: Vec<f64> =
-            (0..symbolic.order.len() * D).map(|row| (row % 17) as f64).collect();
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
-        pool.install(|| {
-            // The second time, workspaces are not zero.
-            factor.factorise(&symbolic, values);
-            let inertia = factor.factorise(&symbolic, values);
-            factor.solve(&symbolic, &mut right);
-            let bits = right.iter().map(|value| value.to_bits()).collect();
-            (bits, inertia, symbolic.is_divided())
-        })
-    }
-
-    fn bits_are_equal<const D: usize>() {
-        // Definite, indefinite and unsymmetric.
-        for (symmetric, weight) in [(true, 4.5), (true, 1.0), (false, 4.0)] {
-            for side in [9, 30, 80] {
-                let net = Net::new(side, symmetric);
-                let values = net.values::<D>(symmetric, weight);
-                let expected = solve::<D>(&net, &values, symmetric, usize::MAX, 1);
-                let definite = symmetric && weight > 2.0;
-                assert_eq!(expected.1 == Inertia::Definite, definite, "{D}D, weight {weight}");
-                assert_eq!(expected.2, side == 80, "branches of {side}");
-                assert!(expected.0.iter().all(|bits| f64::from_bits(*bits).is_finite()));
-                for (large, n_threads) in [(0, 1), (LARGE, 1), (LARGE, 2), (LARGE, 3), (0, 5)] {
-                    let found = solve::<D>(&net, &values, symmetric, large, n_threads);
-                    let what =
-                        format!("{D}D, side {side}, {symmetric}, {large}, {n_threads} threads");
-                    assert!(found == expected, "{what}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn chunks_and_threads_do_not_change_bits() {
-        bits_are_equal::<1>();
-        bits_are_equal::<2>();
-        bits_are_equal::<3>();
-    }
 }

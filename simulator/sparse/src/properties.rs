@@ -9,7 +9,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::blocks::BlockColumns;
 use crate::checked::Checked;
-use crate::factor::BlockFactor;
+use crate::factor::with_large_fronts;
 use crate::forest::Forest;
 use crate::pivot::Inertia;
 use crate::sizes::{BRANCHES, DEEPEST, LARGE, MAX_UNORDERED_BLOCKS, MIN_PRODUCTS, PANEL};
@@ -34,8 +34,9 @@ enum Kind {
 }
 
 impl Forest {
-    /// A matrix that every order of elimination without exchanges factorises stably: each diagonal entry exceeds the
-    /// sum of the others of its row and column. With a penalty, pinned particles have diagonals of 1e10.
+    /// A matrix that every order of elimination without exchanges of blocks factorises stably: each diagonal entry exceeds
+    /// the sum of the others of its row and column. Of an indefinite matrix, the large entries of half the diagonal blocks
+    /// stand on their other diagonal, and are exchanged. With a penalty, pinned particles have entries of 1e10.
     fn matrix<const D: usize>(&self, kind: Kind, random: &mut fastrand::Rng) -> BlockColumns<D> {
         let symmetric = kind != Kind::Unsymmetric;
         let mut matrix = BlockColumns::<D>::new(self.n_particles, &self.pairs, symmetric);
@@ -58,9 +59,11 @@ impl Forest {
             let definite = kind == Kind::Definite || random.bool();
             let sign = if definite { 1.0 } else { -1.0 };
             let pin = if self.pinned[particle] { 1e10 } else { 0.0 };
+            let turned = kind == Kind::Indefinite && random.bool();
             let block = nalgebra::SMatrix::<f64, D, D>::from_fn(|i, j| {
-                if i == j {
-                    sign * (1.0 + weight) * (sums[i] + weight) + sign * pin
+                let is_large = if turned { i + j + 1 == D } else { i == j };
+                if is_large {
+                    sign * (1.0 + weight) * (sums[i].max(sums[j]) + weight) + sign * pin
                 } else {
                     0.25 * weight * weight / (1.0 + (i + j) as f64)
                 }
@@ -121,8 +124,9 @@ fn check<const D: usize>(forest: &Forest, kind: Kind, seed: u64, met: &mut Met) 
     let symbolic = SymbolicFactor::new(&matrix.starts, &matrix.rows);
     let what = format!("{}, {D}D, {kind:?}", forest.name);
     let (inertia, _) = check_matrix(&matrix, &symbolic, &WAYS, &what);
-    if kind == Kind::Definite && forest.n_particles > 0 {
-        assert_eq!(inertia, Inertia::Definite, "{what}");
+    // Of many particles, some are indefinite.
+    if forest.n_particles > if kind == Kind::Indefinite { 60 } else { 0 } {
+        assert_eq!(inertia == Inertia::Definite, kind == Kind::Definite, "{what}");
     }
     let n_roots = symbolic.fronts.iter().filter(|front| front.n_rows() == 0).count();
     let divided = symbolic.is_divided();
@@ -140,8 +144,7 @@ fn check_matrix<const D: usize>(
 ) -> (Inertia, Vec<u64>) {
     check_places(symbolic, what);
     let run = |large, pool: usize| {
-        let mut factor =
-            BlockFactor::<D>::with_large_fronts(symbolic, matrix.symmetric, large).unwrap();
+        let mut factor = with_large_fronts::<D>(symbolic, matrix.symmetric, large).unwrap();
         POOLS[pool].install(|| {
             // The second time, workspaces are not zero.
             factor.factorise(symbolic, &matrix.values);
@@ -227,11 +230,11 @@ fn check_forest(seed: u64, most: usize, met: &mut Met) {
 #[test]
 fn forests_have_the_same_bits_by_any_number_of_threads() {
     let mut met = Met::default();
-    for seed in 0..16 {
+    for seed in 0..8 {
         check_forest(seed, 12_000, &mut met);
     }
     let Met { divided, of_several_roots, with_large_fronts } = met;
-    assert!(divided >= 6 && of_several_roots >= 6 && with_large_fronts >= 3, "{met:?}");
+    assert!(divided >= 3 && of_several_roots >= 3 && with_large_fronts >= 1, "{met:?}");
 }
 
 #[test]

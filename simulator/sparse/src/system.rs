@@ -23,7 +23,7 @@ use crate::LinearError;
 use crate::blocks::BlockColumns;
 use crate::checked::Checked;
 use crate::dense::{DenseMethod, DenseSystem};
-use crate::factor::BlockFactor;
+use crate::factor::{self, Factor};
 use crate::lagged::LaggedPreconditioner;
 use crate::pivot::Inertia;
 use crate::sizes::MAX_DENSE_ROWS;
@@ -38,7 +38,7 @@ pub struct SparseSystem<const D: usize> {
     matrix: BlockColumns<D>,
     checked: Checked,
     last: Last,
-    direct: Option<Box<Direct<D>>>,
+    direct: Option<Box<Direct>>,
     dense: Option<Box<DenseSystem>>,
 }
 
@@ -51,9 +51,9 @@ enum Last {
     Dense,
 }
 
-struct Direct<const D: usize> {
+struct Direct {
     symbolic: SymbolicFactor,
-    factor: BlockFactor<D>,
+    factor: Box<dyn Factor>,
     lagged: LaggedPreconditioner,
 }
 
@@ -254,11 +254,11 @@ impl<const D: usize> SparseSystem<D> {
     }
 }
 
-impl<const D: usize> Direct<D> {
-    fn new(matrix: &BlockColumns<D>) -> Result<Self, LinearError> {
+impl Direct {
+    fn new<const D: usize>(matrix: &BlockColumns<D>) -> Result<Self, LinearError> {
         let size = matrix.size();
         let symbolic = SymbolicFactor::new(&matrix.starts, &matrix.rows);
-        let factor = BlockFactor::new(&symbolic, matrix.symmetric);
+        let factor = factor::new::<D>(&symbolic, matrix.symmetric);
         let factor = factor.ok_or(LinearError::OutOfMemory { size })?;
         let entries = (symbolic.n_factor + matrix.rows.len()) as u64;
         let budget = D as u64 * symbolic.n_products / (RATE * 2 * entries);

@@ -243,16 +243,30 @@ fn relative<const D: usize>(state: State<'_>, pair: [u32; 2]) -> (Vector<D>, Vec
 
 #[cfg(test)]
 mod tests {
-    use std::fmt::Write;
-
-    use super::super::spring::Springs;
-    use super::super::{ElementJacobians, REGISTRY};
+    use super::super::spring::{KIND, Springs};
     use super::*;
     use crate::sizes::{BATCH, LANES, MAX_ADVANCE, MAX_PERIOD, MIN_REPEATS};
-    use crate::vocabulary;
-    use scene::{ParseOptions, xml};
+    use scene::schema::{
+        Convergence, Family, IntegratorSchema, Matrix, Order, StepEquation, refuses_nothing,
+    };
+    use scene::{Dimension, Particle};
 
     const PARTICLES: usize = 200;
+
+    /// A method that is not run. With one of the registry, all of the simulator would be compiled for these tests.
+    static EXPLICIT: IntegratorSchema = IntegratorSchema {
+        name: "explicit-euler",
+        aliases: &[],
+        summary: "",
+        formula: "",
+        equation: StepEquation::ExplicitEuler,
+        family: Family::Explicit,
+        matrix: Matrix::None,
+        convergence: Convergence::Direct,
+        order: Order::always(1),
+        options: &[],
+        refuses: refuses_nothing,
+    };
 
     /// `(i, j)` of springs in every pattern there is: rows near and far, upwards and downwards, both
     /// diagonals of a net, patterns of period 3, short rows, rows with holes, and no pattern at all.
@@ -293,101 +307,25 @@ mod tests {
         n_particles: usize,
         pairs: Vec<[usize; 2]>,
     ) -> Scene {
-        let mut text =
-            r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="1"/>"#.to_owned();
+        let dimension = if dimensions == 3 { Dimension::Three } else { Dimension::Two };
+        let mut scene = Scene::new("random", dimension, &EXPLICIT);
         for _ in 0..n_particles {
-            let mut numbers = std::iter::repeat_with(|| rng.f64() - 0.5);
-            let mut number = || numbers.next().unwrap();
-            write!(
-                text,
-                r#"<particle m="1" px="{}" py="{}" vx="{}" vy="{}""#,
-                number(),
-                number(),
-                number(),
-                number()
-            )
-            .unwrap();
-            if dimensions == 3 {
-                write!(text, r#" pz="{}" vz="{}""#, number(), number()).unwrap();
-            }
-            text += r#" fixed="0"/>"#;
+            let [position, velocity] = [(); 2].map(|()| {
+                let [x, y] = [(); 2].map(|()| rng.f64() - 0.5);
+                [x, y, if dimensions == 3 { rng.f64() - 0.5 } else { 0.0 }]
+            });
+            let particle =
+                Particle { mass: 1.0, position, velocity, fixed: false, radius: 0.1, tag: None };
+            scene.particles.push(particle);
         }
-        for (edge, [i, j]) in pairs.into_iter().enumerate() {
+        for pair in pairs {
             let damping = if rng.f64() < damped { rng.f64() } else { 0.0 };
             let rest_length = if rng.f64() < unstretched { 0.0 } else { rng.f64() };
-            write!(
-                text,
-                r#"<edge i="{i}" j="{j}"/><springforce edge="{edge}" k="{}" l0="{rest_length}" b="{damping}"/>"#,
-                rng.f64()
-            )
-            .unwrap();
+            let values = [("k", rng.f64()), ("l0", rest_length), ("b", damping)];
+            let parameters = KIND.schema.values(&values);
+            scene.forces.push(ForceElement::new(&KIND.schema, &pair, None, parameters));
         }
-        text += "</scene>";
-        xml::parse(&text, "random.xml", &vocabulary(), &ParseOptions::default()).unwrap().scene
-    }
-
-    /// The block of `∂F/∂x` for the first of two particles, `(2, −1, 2)` apart.
-    struct FirstBlock(Option<Block<3>>);
-
-    impl JacobianSink<3> for FirstBlock {
-        fn add(&mut self, element: ElementJacobians<'_, 3>) {
-            self.0 = Some(element.by_position[0]);
-        }
-    }
-
-    fn gauss_newton(tag: &str, element: &str) -> Block<3> {
-        let text = format!(
-            r#"<scene><duration time="1"/><integrator type="explicit-euler" dt="1"/>
-            <particle m="2" px="2.5" py="-1" pz="1" vx="1" vy="0" fixed="0"/>
-            <particle m="3" px="0.5" py="0" pz="-1" vx="0" vy="1" fixed="0"/>
-            <edge i="0" j="1"/>{element}</scene>"#
-        );
-        let scene = xml::parse(&text, "pair.xml", &vocabulary(), &ParseOptions::default());
-        let scene = scene.unwrap().scene;
-        let elements: Vec<Numbered<'_>> = scene.forces.iter().enumerate().collect();
-        let kind = REGISTRY.iter().find(|kind| kind.schema.tag == tag).unwrap();
-        let positions = coordinates::<3>(&scene, |particle| particle.position);
-        let velocities = coordinates::<3>(&scene, |particle| particle.velocity);
-        let state = State {
-            masses: &[2.0, 3.0],
-            positions: &positions,
-            velocities: &velocities,
-            time: 0.0,
-        };
-        let mut sink = FirstBlock(None);
-        (kind.build_3d)(&scene, &elements).add_gauss_newton(state, &mut sink).unwrap();
-        sink.0.unwrap()
-    }
-
-    /// The energies are positive semi-definite along `d`, so `∂F/∂x` is minus that. `d dᵀ` is in numbers.
-    #[test]
-    fn gauss_newton_is_the_square_of_the_derivative_of_the_strain() {
-        let dd = Block::<3>::from([[4.0, -2.0, 4.0], [-2.0, 1.0, -2.0], [4.0, -2.0, 4.0]]);
-        let assert_is = |tag: &str, element: &str, expected: Block<3>| {
-            let found = gauss_newton(tag, element);
-            let bound = 1e-14 * expected.amax();
-            assert!((found - expected).amax() <= bound, "{element}: {found} for {expected}");
-        };
-        // −k n nᵀ with n = d/3, k = 4.5: stretched, compressed, at rest.
-        for l0 in ["1", "5", "3"] {
-            let element = format!(r#"<springforce edge="0" k="4.5" l0="{l0}"/>"#);
-            assert_is("springforce", &element, dd * -0.5);
-        }
-        // −4k/l0² d dᵀ: stretched, compressed, at rest.
-        for (k, l0, factor) in [("0.75", "2", -0.75), ("6.25", "5", -1.0), ("2.25", "3", -1.0)] {
-            let element = format!(r#"<greenspringforce edge="0" k="{k}" l0="{l0}"/>"#);
-            assert_is("greenspringforce", &element, dd * factor);
-        }
-        // Its energy is negative, and no square.
-        let gravitation = r#"<gravitationalforce i="0" j="1" G="1.5"/>"#;
-        assert_is("gravitationalforce", gravitation, Block::zeros());
-    }
-
-    fn coordinates<const D: usize>(
-        scene: &Scene,
-        of: fn(&scene::Particle) -> [f64; 3],
-    ) -> Vec<f64> {
-        scene.particles.iter().flat_map(|particle| of(particle).into_iter().take(D)).collect()
+        scene
     }
 
     fn springs<const D: usize>(scene: &Scene, n_parts: usize) -> PairForce<Springs<D>> {
@@ -415,8 +353,8 @@ mod tests {
     fn assert_same_bits<const D: usize>(scene: &Scene, parts: &[usize], what: &str) {
         let n_particles = scene.particles.len();
         let masses = vec![1.0; n_particles];
-        let positions = coordinates::<D>(scene, |particle| particle.position);
-        let velocities = coordinates::<D>(scene, |particle| particle.velocity);
+        let positions = scene.positions();
+        let velocities = scene.velocities();
         let state =
             State { masses: &masses, positions: &positions, velocities: &velocities, time: 0.0 };
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
@@ -481,7 +419,7 @@ mod tests {
             scene.particles[first + 1].position = scene.particles[first].position;
         }
         let masses = vec![1.0; PARTICLES];
-        let positions = coordinates::<2>(&scene, |particle| particle.position);
+        let positions = scene.positions();
         let state =
             State { masses: &masses, positions: &positions, velocities: &positions, time: 0.0 };
         let mut sums = vec![0.0; positions.len()];
@@ -499,7 +437,7 @@ mod tests {
             let pair = element.pair().unwrap();
             pair == [i, j] || pair == [j, i]
         });
-        let positions = coordinates::<2>(&scene, |particle| particle.position);
+        let positions = scene.positions();
         let masses = vec![1.0; PARTICLES];
         let state =
             State { masses: &masses, positions: &positions, velocities: &positions, time: 0.0 };

@@ -7,6 +7,7 @@ mod damping;
 mod doubtful;
 mod elastic;
 mod fast_mass_spring;
+mod forces;
 mod forests;
 mod fuzz_seeds;
 mod memory;

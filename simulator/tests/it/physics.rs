@@ -1070,3 +1070,29 @@ fn two_runs_write_the_same_bytes() {
         }
     }
 }
+
+/// The first number of an end that is not finite, where particle `far` flies off.
+fn not_finite(integrator: &str, far: usize) -> Option<FailureKind> {
+    let mut elements = r#"<simplegravity fx="0" fy="-1"/>"#.to_owned();
+    for particle in 0..21 {
+        let speed = if particle == far { 1e308 } else { 1.0 };
+        let fixed = u8::from(particle % 7 == 3);
+        elements += &format!(
+            r#"<particle m="1" px="{particle}" py="0" vx="0" vy="{speed}" fixed="{fixed}"/>"#
+        );
+    }
+    let scene = scene(integrator, 10.0, 10.0, &elements);
+    Simulation::new(&scene).advance().err().map(|error| error.kind)
+}
+
+#[test]
+fn non_finite_numbers_are_detected() {
+    for integrator in ["explicit-euler", "symplectic-euler"] {
+        for far in 0..21 {
+            let expected =
+                FailureKind::NotFinite { what: "position", particle: far, coordinate: "y" };
+            assert_eq!(not_finite(integrator, far), Some(expected));
+        }
+        assert_eq!(not_finite(integrator, 21), None);
+    }
+}

@@ -240,6 +240,7 @@ const CHANGES: &[&str] = &[
     "implicit-euler: Newton's method moves positions on in every iteration, not from x, and ends after 100 iterations",
     "implicit-euler: Newton's method starts from zero velocities, of fixed particles as well",
     "implicit-euler: Newton's method makes no iteration after the first step",
+    "springforce overwrites the forces on its first particle of its own elements before it and of all fields, along y alone",
 ];
 
 /// Plants so many of the changes, one at a time.
@@ -587,6 +588,26 @@ fn a_state_too_many_in_every_scene_is_told_from_other_counts() {
         panic!("{found:#?}");
     };
     assert!(words[0].ends_with("as where duration/dt is rounded up and 1 is added"), "{words:?}");
+}
+
+#[test]
+fn a_wrong_force_beside_sums_that_are_not_cleared_is_named() {
+    let words = [
+        "gravitationalforce acts on the first of two particles only",
+        "symplectic-euler: between steps, only x of the forces is set to zero; the rest adds up",
+    ];
+    let found = findings(&words.map(candidate), |states| states);
+    assert_said(&found, &words);
+}
+
+#[test]
+fn an_end_of_newtons_method_beside_a_wrong_matrix_of_both_methods_is_named() {
+    let matrix = candidate("linearized-implicit-euler: dF/dx is evaluated at x, not x + h v");
+    let newton =
+        candidates::of_newton("implicit-euler", &matrix).expect("the same of Newton's method");
+    let end = "implicit-euler: Newton's method stops at an update of 1e-2";
+    let found = findings(&[matrix, newton, candidate(end)], |states| states);
+    assert!(said(&found).contains(&end), "{found:#?}");
 }
 
 #[test]

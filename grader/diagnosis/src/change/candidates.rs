@@ -19,8 +19,8 @@ use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
     Axes, Beyond, Blocks, Carried, Change, Cleared, Effect, Ends, Entries, Factor, FixedRule,
-    Guess, Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Pick, Place,
-    Quantity, Rule, SceneRule, SeenAt, Softening, Start, StillFixed, Term, Unknowns, Which,
+    Guess, Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Order, Particles, Pick,
+    Place, Quantity, Rule, SceneRule, SeenAt, Softening, Start, StillFixed, Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -1606,7 +1606,7 @@ fn partly(all: &[Change]) -> Vec<Change> {
     for change in all {
         let Effect::Scene(rule) = change.effect else { continue };
         let depends_on = match (rule, change.place) {
-            (SceneRule::NotFirstForce | SceneRule::NotLastForce { even_alone: true }, _) => {
+            (SceneRule::NotFirstForce { .. } | SceneRule::NotLastForce { even_alone: true }, _) => {
                 Dependence { position: true, velocity: true, time: false }
             }
             (
@@ -1676,12 +1676,16 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         ] {
             add(reading, SceneRule::NotLastForce { even_alone }, 1, words.to_owned());
         }
-        add(
-            reading,
-            SceneRule::NotFirstForce,
-            1,
-            "the first force of a scene is left out".to_owned(),
-        );
+        let words = "the first force of a scene is left out";
+        add(reading, SceneRule::NotFirstForce { by_kind: false }, 1, words.to_owned());
+        let is_sorted = scene.forces.is_sorted_by_key(|element| {
+            let mut kinds = simulator::force::REGISTRY.iter();
+            kinds.position(|kind| kind.schema.tag == element.schema.tag)
+        });
+        if !is_sorted {
+            let words = format!("{words}, where forces are in the order of their kinds");
+            add(reading, SceneRule::NotFirstForce { by_kind: true }, 1, words);
+        }
     }
     let is_sorted = scene.edges.is_sorted_by_key(|edge| edge.particles);
     if !is_sorted {
@@ -1821,12 +1825,23 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 ],
                 false => &[(Ends::Same, "")],
             };
-            for (ends, on) in ends {
-                let words = format!("{tag} overwrites the forces{on} of the elements before it");
-                add(whole, SceneRule::Overwrites(tag, *ends, None), 2, words.clone());
+            let orders = [
+                (Order::File, "the elements before it"),
+                (Order::First, "its own elements before it"),
+                (Order::AfterFields, "its own elements before it and of all fields"),
+                (Order::Last, "its own elements before it and of all other forces"),
+            ];
+            let orders = orders
+                .into_iter()
+                .filter(|(order, _)| *order == Order::File || order.is_new(scene, tag));
+            let orders: Vec<(Order, &str)> = orders.collect();
+            let each = ends.iter().flat_map(|ends| orders.iter().map(move |order| (ends, order)));
+            for ((ends, on), (order, before)) in each {
+                let words = format!("{tag} overwrites the forces{on} of {before}");
+                add(whole, SceneRule::Overwrites(tag, *ends, None, *order), 2, words.clone());
                 for (axis, name) in XY.iter().enumerate() {
                     let words = format!("{words}, along {name} alone");
-                    add(whole, SceneRule::Overwrites(tag, *ends, Some(axis)), 3, words);
+                    add(whole, SceneRule::Overwrites(tag, *ends, Some(axis), *order), 3, words);
                 }
             }
             for quantity in [Quantity::ByPosition, Quantity::ByVelocity] {
@@ -1836,11 +1851,15 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let whole = name(Term { part: "", ..*first }, quantity);
                 let words = format!("{whole} is assigned to its blocks, not added");
                 add(Place::Jacobian(*first), SceneRule::Assigned(tag, quantity, false), 2, words);
-                if is_pair {
+                for (order, before) in orders.iter().filter(|_| is_pair) {
+                    let over = match order {
+                        Order::File => String::new(),
+                        _ => format!(", over those of {before}"),
+                    };
                     let words = format!(
-                        "{whole} is assigned to its blocks between the two particles, not added"
+                        "{whole} is assigned to its blocks between the two particles, not added{over}"
                     );
-                    let rule = SceneRule::AssignedCross(tag, quantity);
+                    let rule = SceneRule::AssignedCross(tag, quantity, *order);
                     add(Place::Jacobian(*first), rule, 2, words);
                 }
                 if !is_pair {

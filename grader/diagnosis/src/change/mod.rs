@@ -1045,6 +1045,50 @@ pub enum Numbers {
     Edges,
 }
 
+/// The order in which a program sums the elements of a scene, as far as one force is concerned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// That of the file.
+    File,
+    /// By kinds: that force first.
+    First,
+    /// By kinds: fields, that force, others.
+    AfterFields,
+    /// By kinds: that force last.
+    Last,
+}
+
+impl Order {
+    /// Those of a program that sums kind by kind.
+    const BY_KIND: [Self; 3] = [Self::First, Self::AfterFields, Self::Last];
+
+    /// Whether one element of the scene comes before another one, which is of that force.
+    pub(super) fn is_before(self, scene: &Scene, other: usize, number: usize) -> bool {
+        let [one, of] = [other, number].map(|number| scene.forces[number].schema);
+        match self {
+            _ if one.tag == of.tag => other < number,
+            Self::File => other < number,
+            Self::First => false,
+            Self::AfterFields => one.stencil.is_field(),
+            Self::Last => true,
+        }
+    }
+
+    /// Whether it is another order than the ones before it in this scene.
+    fn is_new(self, scene: &Scene, tag: &str) -> bool {
+        let of_force = |number: &usize| scene.forces[*number].schema.tag == tag;
+        let before = |order: Self| -> Vec<bool> {
+            let of_it = (0..scene.forces.len()).filter(of_force);
+            let pairs = of_it.flat_map(|number| (0..scene.forces.len()).map(move |o| (o, number)));
+            pairs.map(|(other, number)| order.is_before(scene, other, number)).collect()
+        };
+        let earlier = [Self::File].into_iter().chain(Self::BY_KIND);
+        let mut earlier = earlier.take_while(|order| *order != self);
+        let own = before(self);
+        earlier.all(|order| before(order) != own)
+    }
+}
+
 /// What becomes of elements for which there are no more edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Beyond {
@@ -1187,11 +1231,13 @@ pub enum SceneRule {
     RunningEdge(&'static str, Beyond),
     /// Edges are sorted by their particles.
     SortedEdges,
-    /// The first force element of the scene is not there.
-    NotFirstForce,
-    /// The forces of an element on these ends overwrite those before it, in the order of the file; one component only if
-    /// given.
-    Overwrites(&'static str, Ends, Option<usize>),
+    /// The first force element of the scene is not there; the first one of the kind that comes first, if so.
+    NotFirstForce {
+        /// In the order of kinds, then of the file.
+        by_kind: bool,
+    },
+    /// The forces of an element on these ends overwrite those before it; one component only if given.
+    Overwrites(&'static str, Ends, Option<usize>, Order),
     /// The blocks of an element's Jacobian overwrite those of elements before it, in the order of the file; those of each
     /// part also those of the parts before it, if so.
     Assigned(&'static str, Quantity, bool),
@@ -1200,8 +1246,8 @@ pub enum SceneRule {
     /// The blocks of an element's Jacobians overwrite those of elements of all forces before it; those of each particle by
     /// itself alone, if so.
     AssignedByAll(&'static [Quantity], bool),
-    /// The same of the blocks between the two particles alone.
-    AssignedCross(&'static str, Quantity),
+    /// The same of the blocks between the two particles alone, in this order.
+    AssignedCross(&'static str, Quantity, Order),
     /// The same of the block of the particle at this place by itself, or of one entry of it.
     AssignedOwn(&'static str, Quantity, usize, Option<[usize; 2]>),
     /// Each element acts on the particles of the one before it.

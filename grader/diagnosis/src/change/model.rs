@@ -18,8 +18,9 @@ use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
     Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess,
-    Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Particles, Place, Quantity, Read,
-    ReadAt, Rule, SceneRule, SeenAt, Softening, Start, StillFixed, Term, Unknowns, Which,
+    Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Order, Particles, Place,
+    Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Start, StillFixed, Term, Unknowns,
+    Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -1256,7 +1257,7 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
             SceneRule::Overwrites(tag, ..)
             | SceneRule::Assigned(tag, ..)
             | SceneRule::AssignedDiagonal(tag, _)
-            | SceneRule::AssignedCross(tag, _)
+            | SceneRule::AssignedCross(tag, ..)
             | SceneRule::Scattered(tag)
             | SceneRule::AssignedOwn(tag, ..) => Some(tag),
             SceneRule::AssignedByAll(..) => None,
@@ -1266,7 +1267,13 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
             if of.is_some_and(|tag| element.schema.tag != tag) {
                 continue;
             }
-            let before = &mut all[..number];
+            let order = match rule {
+                SceneRule::Overwrites(.., order) | SceneRule::AssignedCross(.., order) => order,
+                _ => Order::File,
+            };
+            let earlier = all.iter_mut().enumerate();
+            let earlier = earlier.filter(|(other, _)| order.is_before(scene, *other, number));
+            let mut before: Vec<&mut Lost> = earlier.map(|(_, lost)| lost).collect();
             if let (SceneRule::Scattered(tag), [i, j]) = (rule, &element.particles[..]) {
                 for (lost, other) in before.iter_mut().zip(&scene.forces) {
                     let [first, second] = match other.particles[..] {
@@ -1297,7 +1304,7 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                     blocks.retain(|[row, column]| !is_own || row == column);
                     (quantities, whole(blocks))
                 }
-                SceneRule::AssignedCross(_, quantity) => {
+                SceneRule::AssignedCross(_, quantity, _) => {
                     let mut blocks = blocks_of(scene, element);
                     blocks.retain(|[row, column]| row != column);
                     (&[quantity], whole(blocks))
@@ -1322,11 +1329,13 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                 }
             }
             let (particles, axis) = match (&element.particles[..], rule) {
-                ([first, ..], SceneRule::Overwrites(_, Ends::First, axis)) => (vec![*first], axis),
-                ([_, second, ..], SceneRule::Overwrites(_, Ends::Second, axis)) => {
+                ([first, ..], SceneRule::Overwrites(_, Ends::First, axis, _)) => {
+                    (vec![*first], axis)
+                }
+                ([_, second, ..], SceneRule::Overwrites(_, Ends::Second, axis, _)) => {
                     (vec![*second], axis)
                 }
-                (_, SceneRule::Overwrites(_, _, axis)) => (particles_of(scene, element), axis),
+                (_, SceneRule::Overwrites(_, _, axis, _)) => (particles_of(scene, element), axis),
                 _ => continue,
             };
             let forces = particles.into_iter().map(|particle| (particle, axis));
@@ -1712,7 +1721,21 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 *value = if *value == 0.0 { default } else { *value };
             }
         }
-        SceneRule::NotFirstForce => drop(scene.forces.drain(..scene.forces.len().min(1))),
+        SceneRule::NotFirstForce { by_kind } => {
+            let of_kind = |element: &ForceElement| {
+                let mut kinds = simulator::force::REGISTRY.iter();
+                kinds.position(|kind| kind.schema.tag == element.schema.tag)
+            };
+            let mut all = 0..scene.forces.len();
+            let first = if by_kind {
+                all.min_by_key(|one| of_kind(&scene.forces[*one]))
+            } else {
+                all.next()
+            };
+            if let Some(first) = first {
+                scene.forces.remove(first);
+            }
+        }
         SceneRule::LeftOut { tag, which } => {
             let mut left_out = which.of(scene, tag).into_iter();
             scene.forces.retain(|_| left_out.next() != Some(true));

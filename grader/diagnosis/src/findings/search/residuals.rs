@@ -53,13 +53,19 @@ pub(super) fn survivors(
     whole.extend(fit::ends(scene, made, ends));
     whole.extend(round_changes::of_rounds(inner));
     whole.extend(fit::of_rules(scene, made, &samples, |_| true));
-    let by_steps = whole.par_iter().filter(|change| {
-        let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();
-        let model = Model::new(inner, &all);
-        scene.agrees_with(&model, usize::MAX) == Agreement::Agrees
-    });
+    let makes = |change: &Change| {
+        let all: Vec<Change> = made.iter().chain([change]).cloned().collect();
+        scene.agrees_with(&Model::new(inner, &all), usize::MAX) == Agreement::Agrees
+    };
+    let by_steps = whole.par_iter().filter(|change| makes(change));
     let by_steps: Vec<Change> = by_steps.cloned().collect();
     found.extend(by_steps);
+    if model.remembers() && inner.integrator.matrix != Matrix::Jacobians {
+        let terms = (0..model.n_terms()).map(|number| model.term(number));
+        let usual = terms.flat_map(candidates::of_term).filter(|change| change.rank < 2);
+        let fits = usual.collect::<Vec<_>>().into_par_iter().filter(|change| makes(change));
+        found.extend(fits.cloned().collect::<Vec<Change>>());
+    }
     if found.is_empty() {
         found.extend(fit::between(scene, made, &samples));
         found.extend(numbered_in_terms(&model, &samples));

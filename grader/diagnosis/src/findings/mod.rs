@@ -514,15 +514,17 @@ fn time_steps_of(scenes: &[Marked<'_>]) -> Option<&'static str> {
         };
         (rule(inner) - step).abs() <= 1e-9 * step
     };
-    let is_of_all =
-        |(_, rule): &(&str, fn(&Scene) -> f64)| scenes.iter().all(|scene| is_so(scene, *rule));
+    let is_of_all = |(_, rule): &TimeStepRule| scenes.iter().all(|scene| is_so(scene, *rule));
     let mut rules = TIME_STEPS.iter().copied().filter(is_of_all);
     let (words, _) = rules.next()?;
     rules.next().is_none().then_some(words)
 }
 
+/// A way to change the time step of a scene, in words, and the time step.
+type TimeStepRule = (&'static str, fn(&Scene) -> f64);
+
 /// Ways to change the time step of a scene.
-const TIME_STEPS: [(&str, fn(&Scene) -> f64); 6] = [
+const TIME_STEPS: [TimeStepRule; 6] = [
     ("dt is the duration divided by the number of steps", |scene| {
         scene.duration / scene.n_steps() as f64
     }),
@@ -549,7 +551,8 @@ fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
         of_it.any(|scene| seen(scene) == Some(Ordering::Greater))
     };
     let has_right = scenes.iter().any(|scene| seen(scene) == Some(Ordering::Equal));
-    if !has_right && !(has_more(true) && has_more(false)) {
+    let shows = has_right || has_more(true) && has_more(false);
+    if !shows {
         return None;
     }
     let mut explains = [true; WAYS.len()];

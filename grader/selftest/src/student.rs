@@ -43,8 +43,8 @@ pub(crate) use fast_mass_spring::{FastMassSpring, wind};
 pub(crate) use projected_newton::{ProjectedNewton, largest, largest_row};
 pub use space::knows_in_space;
 pub(crate) use space::{
-    Fold, Gradient, Lame, Simplex, Solids, Square, area, cofactors, corotated_stress, polar,
-    rotation_along, second_stress, strain, strain_along,
+    Fold, Gradient, Lame, Simplex, Solids, Square, area, cofactors, corotated_stress,
+    damping_change, damping_stress, polar, rotation_along, second_stress, strain, strain_along,
 };
 
 pub(crate) type Vec2 = Vector2<f64>;
@@ -360,20 +360,20 @@ fn elastic(pair: &Pair, p: &Parameters) -> Vec2 {
     -p["k"] * (pair.l() - p["l0"]) * pair.n()
 }
 
-/// Whether there is Rayleigh's damping, for which the student has no formula.
-fn is_damped(scene: &Scene) -> bool {
-    scene.forces.iter().any(|of| {
-        let by_mass = of.schema.tag == "massdamping";
-        by_mass || of.schema.has_parameter("beta") && of.parameter("beta") != 0.0
-    })
+/// Whether an element damps by `beta`. In the plane, the student takes such elements from the reference, whose invariants
+/// lose digits of slender ones.
+fn has_damped_element(scene: &Scene) -> bool {
+    let damps = |of: &ForceElement| of.schema.has_parameter("beta") && of.parameter("beta") != 0.0;
+    scene.forces.iter().any(damps)
 }
 
 /// Whether the student supports the scene, but for those [in space](knows_in_space): fast mass-spring without acceleration; otherwise two dimensions, with the
 /// methods and forces below, and without error control. The simulator's tests compare other scenes with other references.
 pub fn knows(scene: &Scene) -> bool {
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
-    let is_plane = scene.dimension == Dimension::Two && !by_time && !is_damped(scene);
+    let is_plane = scene.dimension == Dimension::Two && !by_time;
     match Method::of(scene.integrator.equation) {
+        _ if has_damped_element(scene) => false,
         Method::Controlled(_) => false,
         Method::Rounds => scene.integrator_options.choice("acceleration") == "none",
         _ if is_minimised(scene) => {

@@ -3,19 +3,18 @@
 use diagnosis::findings::Part;
 use reference::method::{Method, Substep};
 use scene::Dimension;
-use scene::schema::{Family, ForceSchema, IntegratorSchema, Masses};
+use scene::schema::{Family, ForceSchema, IntegratorSchema};
 use simulator::{force, integrator};
 
 use super::super::student::{Deviation, OWN_FORCES, Row, Student, steps_by_itself};
 use super::{Area, Mistake, Scope, Subject};
 
-/// The forces that the student takes from the reference. It knows the plane alone, and no scene of Rayleigh's damping.
+/// The forces that the student takes from the reference. It knows the plane alone.
 fn forces() -> impl Iterator<Item = &'static ForceSchema> {
     let schemas = force::REGISTRY.iter().map(|kind| &kind.schema);
     schemas.filter(|schema| {
         let is_own = OWN_FORCES.contains(&schema.tag);
-        let is_damping = schema.masses == Masses::Own;
-        !is_own && !is_damping && schema.exists_in(Dimension::Two) && !schema.depends_on().time
+        !is_own && schema.exists_in(Dimension::Two) && !schema.depends_on().time
     })
 }
 

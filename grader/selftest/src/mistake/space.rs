@@ -4,8 +4,8 @@ use diagnosis::findings::Part;
 use nalgebra::{DMatrix, Matrix3};
 
 use super::super::student::{
-    Fold, Gradient, Lame, Simplex, Square, Student, Vec3, area, cofactors, corotated_stress, polar,
-    rotation_along, second_stress, strain, strain_along,
+    Fold, Gradient, Lame, Simplex, Square, Student, Vec3, area, cofactors, corotated_stress,
+    damping_change, damping_stress, polar, rotation_along, second_stress, strain, strain_along,
 };
 use super::{Area, Mistake, Scope, Subject};
 
@@ -50,15 +50,21 @@ pub(super) fn mistakes() -> Vec<Mistake> {
             ],
             |s| &mut s.solids.tetrahedra[0],
             [
-                &[IN_TETRAHEDRA, &in_bodies()].concat(),
-                &[&in_stresses_of_venant()[..], &in_forces_of_bodies()].concat(),
-                &[&in_changes_of_venant()[..], &in_hessians_of_bodies()].concat(),
+                &[IN_TETRAHEDRA, &in_bodies(), &in_dampings()].concat(),
+                &[&in_stresses_of_venant()[..], &in_forces_of_bodies(), &in_damping_forces()]
+                    .concat(),
+                &[&in_changes_of_venant()[..], &in_hessians_of_bodies(), &in_damping_jacobians()]
+                    .concat(),
             ],
         ),
         planted(
             ["corotatedtetrahedron", "corotated tetrahedron", "corotated tetrahedron, ∂F/∂x"],
             |s| &mut s.solids.tetrahedra[1],
-            [IN_TETRAHEDRA, IN_STRESSES_OF_COROTATED, IN_CHANGES_OF_COROTATED],
+            [
+                &[IN_TETRAHEDRA, &in_dampings()].concat(),
+                IN_STRESSES_OF_COROTATED,
+                IN_CHANGES_OF_COROTATED,
+            ],
         ),
         planted(
             [
@@ -79,9 +85,11 @@ pub(super) fn mistakes() -> Vec<Mistake> {
             ],
             |s| &mut s.solids.triangles[0],
             [
-                IN_TRIANGLES,
-                &[&in_stresses_of_venant()[..], &in_forces_of_bodies()].concat(),
-                &[&in_changes_of_venant()[..], &in_hessians_of_bodies()].concat(),
+                &[IN_TRIANGLES, &in_dampings()].concat(),
+                &[&in_stresses_of_venant()[..], &in_forces_of_bodies(), &in_damping_forces()]
+                    .concat(),
+                &[&in_changes_of_venant()[..], &in_hessians_of_bodies(), &in_damping_jacobians()]
+                    .concat(),
             ],
         ),
         planted(
@@ -91,7 +99,7 @@ pub(super) fn mistakes() -> Vec<Mistake> {
                 "stable neo-Hookean triangle in space, ∂F/∂x",
             ],
             |s| &mut s.solids.triangles[2],
-            [&[], IN_STRESSES_OF_SHEETS, IN_CHANGES_OF_SHEETS],
+            [&in_dampings::<2>(), IN_STRESSES_OF_SHEETS, IN_CHANGES_OF_SHEETS],
         ),
     ];
     let of_folds = planted(
@@ -225,6 +233,46 @@ fn in_hessians_of_bodies<const K: usize>() -> [Change<Simplex<K>>; 6] {
             t.place = |matrix| matrix.fixed_rows_mut::<3>(0).fill(0.0);
         }),
         ("half of it: the blocks below the diagonal missing", |t| t.place = upper),
+    ]
+}
+
+fn in_dampings<const K: usize>() -> [Change<Simplex<K>>; 4] {
+    [
+        ("damping left out", |t| {
+            t.damping = |_, _, _| Gradient::zeros();
+            t.damping_change = |_, _, _, _| Gradient::zeros();
+        }),
+        ("damping twice as large", |t| {
+            t.damping = |f, rate, lame| 2.0 * damping_stress(f, rate, lame);
+            t.damping_change = |f, rate, df, lame| 2.0 * damping_change(f, rate, df, lame);
+        }),
+        ("damping with the wrong sign", |t| {
+            t.damping = |f, rate, lame| -damping_stress(f, rate, lame);
+            t.damping_change = |f, rate, df, lame| -damping_change(f, rate, df, lame);
+        }),
+        ("damping without λ", |t| {
+            t.damping = |f, rate, [mu, _]: Lame| damping_stress(f, rate, [mu, 0.0]);
+            t.damping_change = |f, rate, df, [mu, _]: Lame| damping_change(f, rate, df, [mu, 0.0]);
+        }),
+    ]
+}
+
+fn in_damping_forces<const K: usize>() -> [Change<Simplex<K>>; 3] {
+    [
+        ("damping missing", |t| t.damping = |_, _, _| Gradient::zeros()),
+        ("damping by FᵀF', which is not symmetric", |t| {
+            t.damping = |f, rate, lame| f * second_stress(f.transpose() * rate, lame);
+        }),
+        ("damping by the rate of F", |t| {
+            t.damping = |_, rate, [mu, _]: Lame| 2.0 * mu * rate;
+        }),
+    ]
+}
+
+fn in_damping_jacobians<const K: usize>() -> [Change<Simplex<K>>; 2] {
+    [
+        ("∂F/∂v missing", |t| t.damping = |_, _, _| Gradient::zeros()),
+        ("damping missing", |t| t.damping_change = |_, _, _, _| Gradient::zeros()),
     ]
 }
 
@@ -397,9 +445,13 @@ const IN_HINGES: &[Change<Fold>] = &[
         };
     }),
     ("no weight of edge and areas", |h| h.stiffness = |_, _, k| k),
+    ("damping left out", |h| h.damping = [0.0; 3]),
+    ("damping twice as large", |h| h.damping = [2.0; 3]),
+    ("damping with the wrong sign", |h| h.damping = [-1.0; 3]),
 ];
 
 const IN_FORCES_OF_HINGES: &[Change<Fold>] = &[
+    ("damping missing", |h| h.damping[0] = 0.0),
     ("missing", |h| h.share = |_| [Vec3::zeros(); 4]),
     ("gradient instead of force", |h| h.share = |[e, a, b]| [e + a + b, -e, -a, -b]),
     ("difference of the angles wrapped to a turn", |h| {
@@ -423,6 +475,8 @@ const IN_FORCES_OF_HINGES: &[Change<Fold>] = &[
 ];
 
 const IN_HESSIANS_OF_HINGES: &[Change<Fold>] = &[
+    ("damping missing", |h| h.damping[1] = 0.0),
+    ("∂F/∂v missing", |h| h.damping[2] = 0.0),
     ("missing", |h| h.weights = [0.0; 2]),
     ("wrong sign", |h| h.weights = [-1.0; 2]),
     ("second derivative of the angle missing (Gauss–Newton)", |h| h.weights = [1.0, 0.0]),

@@ -4,6 +4,7 @@
 //! body    F = (x_2 − x_1 | …) B     P = ∂ψ/∂F     (f_2 | …) = −V P Bᵀ     ∂f = −V dP Bᵀ of dF = (dx_2 − dx_1 | …) B
 //! hinge   e = x_2 − x_1, a = x_3 − x_1, b = x_4 − x_1     θ = atan2(−|e| n_a·b, n_a·n_b) of n_a = e × a, n_b = b × e
 //!         F = −c (θ − θ0) g     ∂F/∂x = −c (g gᵀ + (θ − θ0) H_θ)     c = 12 k |ē|²/(|n̄_a| + |n̄_b|)
+//! damping ε' = ½ (F'ᵀF + FᵀF')  P += β F (2μ ε' + λ tr ε' I)         F −= c β θ' g of θ' = g·v
 //! ```
 //!
 //! `B` is the inverse of the undeformed edges; of a triangle in axes of its own, so that `F` is 3×2. The change of the
@@ -17,7 +18,7 @@ use reference::laws::Laws;
 use scene::schema::{Family, StepEquation};
 use scene::{Dimension, ForceElement, Scene};
 
-use super::{MAX_NEWTON_ITERATIONS, Motion, Vec3, is_damped, steps_by_itself};
+use super::{MAX_NEWTON_ITERATIONS, Motion, Vec3, steps_by_itself};
 
 /// `F`, `P`, and the edges from the first corner.
 pub(crate) type Gradient<const K: usize> = SMatrix<f64, 3, K>;
@@ -26,6 +27,9 @@ pub(crate) type Square<const K: usize> = SMatrix<f64, K, K>;
 
 /// Lamé's parameters `μ` and `λ`.
 pub(crate) type Lame = [f64; 2];
+
+type DampingChange<const K: usize> =
+    fn(&Gradient<K>, &Gradient<K>, &Gradient<K>, Lame) -> Gradient<K>;
 
 /// The formulas of a body with `K + 1` corners.
 #[derive(Clone, Copy)]
@@ -46,6 +50,10 @@ pub(crate) struct Simplex<const K: usize> {
     pub(crate) stress: fn(&Gradient<K>, Lame) -> Gradient<K>,
     /// `dP`, of `F` and `dF`.
     pub(crate) change: fn(&Gradient<K>, &Gradient<K>, Lame) -> Gradient<K>,
+    /// The stress by damping for `β = 1`, of `F` and its rate.
+    pub(crate) damping: fn(&Gradient<K>, &Gradient<K>, Lame) -> Gradient<K>,
+    /// Its change, of `F`, its rate and `dF`.
+    pub(crate) damping_change: DampingChange<K>,
     /// The forces on the corners but the first as columns, for `V = −1`: of `P` and `B`.
     pub(crate) pull: fn(&Gradient<K>, &Square<K>) -> Gradient<K>,
     /// The forces on all corners.
@@ -69,6 +77,8 @@ pub(crate) struct Fold {
     pub(crate) share: fn([Vec3; 3]) -> [Vec3; 4],
     /// The weights of `g gᵀ` and of `(θ − θ0) H_θ`.
     pub(crate) weights: [f64; 2],
+    /// The weights of damping in the force, in `∂F/∂x` and in `∂F/∂v`.
+    pub(crate) damping: [f64; 3],
     /// The blocks of the Hessian, as they are added.
     pub(crate) place: fn(&mut DMatrix<f64>),
 }
@@ -92,7 +102,7 @@ pub fn knows_in_space(scene: &Scene) -> bool {
     let is_own = steps_by_itself(scene.integrator.equation);
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
     let minimises = scene.integrator.family == Family::Minimization;
-    scene.dimension == Dimension::Three && is_own && !by_time && !minimises && !is_damped(scene)
+    scene.dimension == Dimension::Three && is_own && !by_time && !minimises
 }
 
 impl Solids {
@@ -125,6 +135,7 @@ impl Solids {
             },
             share: |[e, a, b]| [-e - a - b, e, a, b],
             weights: [1.0; 2],
+            damping: [1.0; 3],
             place: |_| (),
         };
         Self {
@@ -173,10 +184,31 @@ fn venant_change<const K: usize>(f: &Gradient<K>, df: &Gradient<K>, lame: Lame) 
     df * second_stress(strain(f), lame) + f * second_stress(strain_along(f, df), lame)
 }
 
+pub(crate) fn damping_stress<const K: usize>(
+    f: &Gradient<K>,
+    rate: &Gradient<K>,
+    lame: Lame,
+) -> Gradient<K> {
+    f * second_stress(strain_along(f, rate), lame)
+}
+
+pub(crate) fn damping_change<const K: usize>(
+    f: &Gradient<K>,
+    rate: &Gradient<K>,
+    df: &Gradient<K>,
+    lame: Lame,
+) -> Gradient<K> {
+    df * second_stress(strain_along(f, rate), lame)
+        + f * second_stress(strain_along(df, rate), lame)
+}
+
 /// `R`, `V` and the singular values, the last with the sign of `det F` where it has one: `F = R V Σ Vᵀ`.
 pub(crate) fn polar<const K: usize>(f: &Gradient<K>) -> (Gradient<K>, Square<K>, SVector<f64, K>) {
-    let svd = DMatrix::from_iterator(3, K, f.iter().copied()).svd(true, true);
     let nan = || DMatrix::repeat(3, K, f64::NAN);
+    if !f.iter().all(|entry| entry.is_finite()) {
+        return (Gradient::repeat(f64::NAN), Square::repeat(f64::NAN), SVector::repeat(f64::NAN));
+    }
+    let svd = DMatrix::from_iterator(3, K, f.iter().copied()).svd(true, true);
     let (mut u, v) = (svd.u.unwrap_or_else(nan), svd.v_t.unwrap_or_else(nan).transpose());
     let mut sigma = SVector::<f64, K>::from_fn(|n, _| svd.singular_values[n]);
     if K == 3 && u.determinant() * v.determinant() < 0.0 {
@@ -302,7 +334,9 @@ struct Shape<const K: usize> {
     inverse: Square<K>,
     size: f64,
     lame: Lame,
+    beta: f64,
     f: Gradient<K>,
+    rate: Gradient<K>,
 }
 
 fn edges<const K: usize>(x: &[Vec3]) -> Gradient<K> {
@@ -327,6 +361,8 @@ impl<const K: usize> Simplex<K> {
             gradient: |edges, b| edges * b,
             stress,
             change,
+            damping: damping_stress,
+            damping_change,
             pull: |p, b| p * b.transpose(),
             share: |_| (),
             place: |_| (),
@@ -340,16 +376,20 @@ impl<const K: usize> Simplex<K> {
         let inverse = dynamic(&undeformed).try_inverse();
         let inverse = inverse.unwrap_or_else(|| DMatrix::zeros(K, K));
         let inverse = Square::from_fn(|a, b| inverse[(a, b)]);
-        let mut x = element.x.clone();
-        (self.order)(&mut x);
-        let deformed: Gradient<K> = edges(&x);
+        let [deformed, rate] = [&element.x, &element.v].map(|corners| {
+            let mut corners = corners.clone();
+            (self.order)(&mut corners);
+            edges::<K>(&corners)
+        });
         let products: Square<K> = deformed.transpose() * deformed;
         let squared = dynamic(&products).determinant();
         let determinant = dynamic(&undeformed).determinant();
         Shape {
             size: (self.size)(determinant, squared.max(0.0).sqrt()),
             lame: (self.lame)(p("youngsmodulus"), p("poissonratio")),
+            beta: p("beta"),
             f: (self.gradient)(&deformed, &inverse),
+            rate: (self.gradient)(&rate, &inverse),
             inverse,
         }
     }
@@ -367,24 +407,31 @@ impl<const K: usize> Simplex<K> {
 
     fn forces(&self, element: &Element) -> Vec<Vec3> {
         let shape = self.shape(element);
-        self.pulls(&shape, &(self.stress)(&shape.f, shape.lame))
+        let Shape { f, rate, lame, beta, .. } = &shape;
+        self.pulls(&shape, &((self.stress)(f, *lame) + *beta * (self.damping)(f, rate, *lame)))
     }
 
-    fn jacobian(&self, element: &Element) -> DMatrix<f64> {
+    fn jacobians(&self, element: &Element) -> [DMatrix<f64>; 2] {
         let shape = self.shape(element);
-        let mut matrix = DMatrix::zeros(3 * (K + 1), 3 * (K + 1));
-        for column in 0..matrix.ncols() {
+        let Shape { f, rate, lame, beta, .. } = &shape;
+        let size = 3 * (K + 1);
+        let mut matrices = [DMatrix::zeros(size, size), DMatrix::zeros(size, size)];
+        for column in 0..size {
             let mut dx = vec![Vec3::zeros(); K + 1];
             dx[column / 3][column % 3] = 1.0;
             (self.order)(&mut dx);
             let df = (self.gradient)(&edges(&dx), &shape.inverse);
-            let pulls = self.pulls(&shape, &(self.change)(&shape.f, &df, shape.lame));
-            for (row, value) in pulls.iter().flat_map(|pull| pull.iter().copied()).enumerate() {
-                matrix[(row, column)] = value;
+            let by_position =
+                (self.change)(f, &df, *lame) + *beta * (self.damping_change)(f, rate, &df, *lame);
+            let by_velocity = *beta * (self.damping)(f, &df, *lame);
+            for (matrix, change) in matrices.iter_mut().zip([by_position, by_velocity]) {
+                let pulls = self.pulls(&shape, &change);
+                let all = pulls.iter().flat_map(|pull| pull.iter().copied());
+                matrix.column_mut(column).iter_mut().zip(all).for_each(|(to, value)| *to = value);
             }
         }
-        (self.place)(&mut matrix);
-        matrix
+        (self.place)(&mut matrices[0]);
+        matrices
     }
 }
 
@@ -403,13 +450,16 @@ impl Fold {
 
     fn forces(&self, element: &Element) -> Vec<Vec3> {
         let (c, change, _, by) = self.state(element);
-        (self.share)(by).map(|gradient| c * change * gradient).to_vec()
+        let g = (self.share)(by);
+        let rate: f64 = g.iter().zip(&element.v).map(|(g, v)| g.dot(v)).sum();
+        let damped = change + self.damping[0] * element.of.parameter("beta") * rate;
+        g.map(|gradient| c * damped * gradient).to_vec()
     }
 
-    fn jacobian(&self, element: &Element) -> DMatrix<f64> {
+    fn jacobians(&self, element: &Element) -> [DMatrix<f64>; 2] {
         let (c, change, [e, a, b], by) = self.state(element);
-        let g = (self.share)(by);
-        let g = DVector::from_iterator(12, g.iter().flat_map(|each| each.iter().copied()));
+        let vector = |all: &[Vec3]| DVector::from_vec(flat(all));
+        let (g, v) = (vector(&(self.share)(by)), vector(&element.v));
         // The derivatives of the slope by the side and by e.
         let bent = |side: Vec3| -> [Matrix3<f64>; 2] {
             let n = e.cross(&side);
@@ -443,9 +493,13 @@ impl Fold {
             curvature.fixed_view_mut::<3, 3>(3 * row, 3 * column).copy_from(&block);
         }
         let [outer, second] = self.weights;
-        let mut matrix = c * (outer * &g * g.transpose() + second * change * curvature);
-        (self.place)(&mut matrix);
-        matrix
+        let beta = element.of.parameter("beta");
+        let [_, of_x, of_v] = self.damping.map(|weight| weight * beta);
+        let product = &g * g.transpose();
+        let turning = &g * (&curvature * &v).transpose() + g.dot(&v) * &curvature;
+        let mut dx = c * (outer * &product + second * change * curvature + of_x * turning);
+        (self.place)(&mut dx);
+        [dx, c * of_v * product]
     }
 }
 
@@ -453,6 +507,7 @@ impl Fold {
 struct Element<'a> {
     of: &'a ForceElement,
     x: Vec<Vec3>,
+    v: Vec<Vec3>,
     start: Vec<Vec3>,
     /// The undeformed corners of the file; none of a hinge.
     corners: Vec<Vec3>,
@@ -473,10 +528,12 @@ impl Space {
         Self { solids, x, v, scene }
     }
 
-    fn element<'a>(&self, of: &'a ForceElement, x: &[Vec3]) -> Element<'a> {
+    fn element<'a>(&self, of: &'a ForceElement, [x, v]: [&[Vec3]; 2]) -> Element<'a> {
+        let its = |all: &[Vec3]| of.particles.iter().map(|particle| all[*particle]).collect();
         let start = |particle: &usize| Vec3::from(self.scene.particles[*particle].position);
         Element {
-            x: of.particles.iter().map(|particle| x[*particle]).collect(),
+            x: its(x),
+            v: its(v),
             start: of.particles.iter().map(start).collect(),
             corners: of.undeformed().iter().map(|corner| Vec3::from(*corner)).collect(),
             of,
@@ -487,19 +544,20 @@ impl Space {
     fn forces(&self, x: &[Vec3], v: &[Vec3]) -> (DVector<f64>, [DMatrix<f64>; 2]) {
         let size = 3 * x.len();
         let (mut force, mut dx) = (DVector::zeros(size), DMatrix::zeros(size, size));
+        let mut dv = dx.clone();
         let mut others = Vec::new();
         for of in &self.scene.forces {
-            let element = || self.element(of, x);
+            let element = || self.element(of, [x, v]);
             let place = |tags: &[&str]| tags.iter().position(|tag| *tag == of.schema.tag);
             let (forces, blocks) = if let Some(material) = place(&TETRAHEDRA) {
                 let [own, jacobian] = self.solids.tetrahedra[material];
-                (own.forces(&element()), jacobian.jacobian(&element()))
+                (own.forces(&element()), jacobian.jacobians(&element()))
             } else if let Some(material) = place(&TRIANGLES) {
                 let [own, jacobian] = self.solids.triangles[material];
-                (own.forces(&element()), jacobian.jacobian(&element()))
+                (own.forces(&element()), jacobian.jacobians(&element()))
             } else if of.schema.tag == FOLD {
                 let [own, jacobian] = self.solids.fold;
-                (own.forces(&element()), jacobian.jacobian(&element()))
+                (own.forces(&element()), jacobian.jacobians(&element()))
             } else {
                 others.push(of.clone());
                 continue;
@@ -508,8 +566,10 @@ impl Space {
                 let mut own = force.fixed_rows_mut::<3>(3 * i);
                 own += pull;
                 for (column, j) in of.particles.iter().enumerate() {
-                    let mut view = dx.fixed_view_mut::<3, 3>(3 * i, 3 * j);
-                    view += blocks.fixed_view::<3, 3>(3 * row, 3 * column);
+                    for (matrix, blocks) in [&mut dx, &mut dv].into_iter().zip(&blocks) {
+                        let mut view = matrix.fixed_view_mut::<3, 3>(3 * i, 3 * j);
+                        view += blocks.fixed_view::<3, 3>(3 * row, 3 * column);
+                    }
                 }
             }
         }
@@ -517,7 +577,7 @@ impl Space {
         let (x, v) = (flat(x), flat(v));
         force += DVector::from_vec(laws.force(&x, &v, 0.0));
         let by_law = laws.jacobians(&x, &v, 0.0);
-        (force, [dx + by_law.by_position, by_law.by_velocity])
+        (force, [dx + by_law.by_position, dv + by_law.by_velocity])
     }
 
     fn implicit_velocities(&self, max_iterations: usize) -> Vec<Vec3> {

@@ -24,7 +24,7 @@ use test_support::{assert_document, course, root, sample, suite};
 use grader::submission::Submission;
 use grader::suite::{Section, Suite};
 use rayon::prelude::*;
-use scene::ParseOptions;
+use scene::{ParseOptions, Scene};
 use selftest::mistake::{self, Mistake};
 use selftest::student::{self, Student};
 use simulator::solver::linear::LinearSolver;
@@ -55,16 +55,15 @@ fn table(mistakes: Vec<Mistake>) -> Table {
 
 /// Scenes that a fixed tolerance can judge: excludes chaotic ones, on which correct programs diverge.
 fn own_suite() -> Suite {
-    let mut suite = whole_suite();
-    suite.cases.retain(|case| case.feature.group != "LongRuns");
+    let mut suite = suite();
+    let is_known = |scene: &Scene| student::knows(scene) || student::knows_in_space(scene);
+    suite.cases.retain(|case| is_known(&case.scene) && case.feature.group != "LongRuns");
     suite
 }
 
-/// Every scene that the student supports in space.
-fn space_suite() -> Suite {
-    let mut suite = suite();
-    suite.cases.retain(|case| student::knows_in_space(&case.scene));
-    suite
+/// The mistakes of the table.
+fn documented() -> Vec<Mistake> {
+    mistake::all().into_iter().chain(mistake::in_space()).collect()
 }
 
 /// Every scene that the student supports in the plane.
@@ -93,8 +92,7 @@ fn the_second_implementation_agrees_on_every_scene() {
         let fault = format!("{}: {}, {excess:e} times the tolerance", case.id, comparison.verdict);
         (!comparison.verdict.is_pass()).then_some(fault)
     };
-    let cases = [own_suite(), space_suite()].map(|suite| suite.cases).concat();
-    let faults: Vec<String> = cases.par_iter().filter_map(disagree).collect();
+    let faults: Vec<String> = own_suite().cases.par_iter().filter_map(disagree).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
@@ -107,7 +105,7 @@ fn the_second_implementation_agrees_with_the_courses_oracle() {
 
 #[test]
 fn sampled_mistakes_are_caught_in_each_assignment_and_documented() {
-    let table = table(sample(mistake::all(), 20));
+    let table = table(sample(documented(), 20));
     assignments::assert_caught(&table);
     let document = std::fs::read_to_string(root().join("docs/mistakes.md")).unwrap();
     for row in &table.rows {
@@ -119,7 +117,7 @@ fn sampled_mistakes_are_caught_in_each_assignment_and_documented() {
 #[test]
 #[ignore = "long: a minute"]
 fn long_every_mistake_is_caught_in_each_assignment_and_documented() {
-    let table = table(mistake::all());
+    let table = table(documented());
     let catches = assignments::assert_caught(&table);
     let names: Vec<&str> = catches.iter().map(|catch| &*catch.assignment.name).collect();
     let known = [
@@ -139,7 +137,7 @@ fn long_every_mistake_is_caught_in_each_assignment_and_documented() {
 
 #[test]
 fn no_mistake_is_planted_twice() {
-    let mistakes: Vec<Mistake> = mistake::all().into_iter().chain(mistake::in_space()).collect();
+    let mistakes = documented();
     let names: BTreeSet<_> = mistakes.iter().map(|m| (m.subject, m.description)).collect();
     assert_eq!(names.len(), mistakes.len());
 }

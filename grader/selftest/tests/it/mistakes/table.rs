@@ -18,9 +18,9 @@ A grading suite is worth what it catches. Each row of this table is a mistake th
 was planted in a second, independent implementation of the course's simulator (`grader/selftest/src`),
 and that program was run and graded with the course's tolerances against the oracle's traces. Nothing of
 this is in the simulator itself. While it is faultless, the second implementation agrees with the simulator on
-every scene that it knows and that is not chaotic: those in the plane without wind, by every method but Dormand–Prince;
-and those of fast mass-spring without acceleration, in space and with wind as well. The others are held to references of
-their own, in the simulator's tests.
+every scene that it knows and that is not chaotic: those in the plane without wind and `beta`, by every method but Dormand–Prince;
+those in space without wind, by the four methods of Euler; and those of fast mass-spring without acceleration, with wind as
+well. The others are held to references of their own, in the simulator's tests.
 
 The numbers count the scenes that catch the mistake: required + extra credit. Only clear verdicts count:
 where a residual is within a factor of 100 of its tolerance, on either side, the scene is left out of the

@@ -34,7 +34,8 @@ to the largest entry of its block. The last column is what the report says that 
 The list below it holds correct builds, none of which was called wrong. Where the noise of a build is too large
 to tell, the report says inconclusive.
 
-The mistakes in Jacobians of [mistakes.md](mistakes.md) are all called wrong as well, in their force alone
+The mistakes in Jacobians of [mistakes.md](mistakes.md) in the plane are all called wrong as well, in their force alone, but for
+those of damping in proportion to mass, of which the value alone is judged
 (`grader/selftest/tests/it/mistakes/probing.rs`).
 
 This file is written by `UPDATE_DOCS=1 cargo test --release -p selftest probe -- --include-ignored`; without the

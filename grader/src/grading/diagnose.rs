@@ -7,10 +7,10 @@ use sandbox::NotKept;
 use scene::trace::TraceFault;
 
 use super::judge::Judged;
-use super::refusal::{says_something, says_why};
+use super::refusal::{message, says_why};
 use crate::compare::Criteria;
 use crate::suite::{NoTrace, Section};
-use crate::verdict::{Failure, FormFault, Lack, RunEnd, RunFailure, Skipped, Verdict};
+use crate::verdict::{Failure, FormFault, Lack, RunEnd, Skipped, Verdict};
 
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
 pub(super) fn look_into(judged: &mut [Judged<'_>], limits: &Thresholds) -> Findings {
@@ -82,8 +82,9 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         Failure::NoTrace(NoTrace::Missing { .. }) => Outcome::Missing,
         Failure::NoTrace(NoTrace::Several { .. }) | Failure::Unreadable { .. } => Outcome::NoTrace,
         Failure::Run(run) if says_why(run) => Outcome::Refused(None),
-        Failure::Run(run) if says_something(run) => Outcome::Stopped,
-        Failure::Run(RunFailure { end, .. }) => outcome_of_run(end),
+        Failure::Run(run) => {
+            message(run).map_or_else(|| outcome_of_run(&run.end), Outcome::Stopped)
+        }
         Failure::Skipped(Skipped::Crashes { last, .. }) => outcome_of_failure(last),
         Failure::GaveUp { .. } => Outcome::Crashed,
         Failure::Skipped(Skipped::TimeOuts { .. } | Skipped::Features { .. }) => Outcome::TimedOut,

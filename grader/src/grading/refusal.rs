@@ -7,7 +7,7 @@
 
 use scene::Scene;
 
-use crate::boundary::printed::RawUse;
+use crate::boundary::printed::{RawUse, Untrusted};
 use crate::verdict::{Failure, Lack, RunEnd, RunFailure};
 
 /// The exit code of a program that lacks a feature.
@@ -87,23 +87,34 @@ pub(super) fn says_why(run: &RunFailure) -> bool {
 }
 
 /// Whether a program ended by itself, with an exit status and a message, not with the report of an error that nothing caught.
-pub(super) fn says_something(run: &RunFailure) -> bool {
+fn says_something(run: &RunFailure) -> bool {
     let RunEnd::Exited(status) = run.end else { return false };
     let text = said(run);
     let is_uncaught = UNCAUGHT.iter().any(|word| text.contains(word));
     (1..SIGNALS).contains(&status) && !text.trim().is_empty() && !is_uncaught
 }
 
-/// What a program printed, in lower case, without warnings and the lines of source that follow them.
+/// What a program printed, in lower case.
 fn said(run: &RunFailure) -> String {
     let text = run.output.text.raw(RawUse::Comparison).to_lowercase();
+    without_warnings(&text).collect::<Vec<&str>>().join("\n")
+}
+
+/// The lines of a text without warnings and the lines of source that follow them.
+fn without_warnings(text: &str) -> impl Iterator<Item = &str> {
     let mut is_warning = false;
-    let lines = text.lines().filter(|line| {
-        is_warning =
-            line.contains("warning:") || is_warning && line.starts_with(char::is_whitespace);
+    text.lines().filter(move |line| {
+        is_warning = line.to_lowercase().contains("warning:")
+            || is_warning && line.starts_with(char::is_whitespace);
         !is_warning
-    });
-    lines.collect::<Vec<&str>>().join("\n")
+    })
+}
+
+/// The first line that a program printed, if it ended by itself with a message.
+pub(super) fn message(run: &RunFailure) -> Option<String> {
+    let mut lines = without_warnings(run.output.text.raw(RawUse::Part));
+    let first = lines.find(|line| !line.trim().is_empty()).filter(|_| says_something(run))?;
+    Some(Untrusted::from(first).line())
 }
 
 /// Features of a scene by the names that a message may use: its integrator, its forces, its format.
@@ -166,6 +177,24 @@ mod tests {
         assert!(!says(RunEnd::Exited(139), "not implemented"));
         assert!(!says(RunEnd::Killed(6), "not implemented"));
         assert!(!says(RunEnd::Exited(1), "Traceback (most recent call last):\nKeyError: cannot"));
+    }
+
+    #[test]
+    fn a_message_is_the_first_line_of_a_program_that_ends_by_itself() {
+        let first = |end: RunEnd, text: &str| {
+            let output = LastOutput { text: text.to_owned().into(), misses_file: false };
+            message(&RunFailure { end, output })
+        };
+        let text = "sim.c:3: warning: unused\n  int x;\n\nattribute px is missing\nin line 3\n";
+        assert_eq!(first(RunEnd::Exited(1), text).as_deref(), Some("attribute px is missing"));
+        for (end, text) in [
+            (RunEnd::Exited(0), text),
+            (RunEnd::Killed(6), text),
+            (RunEnd::Exited(1), "\n"),
+            (RunEnd::Exited(1), "Traceback (most recent call last):\nKeyError: 'px'"),
+        ] {
+            assert_eq!(first(end, text), None, "{text}");
+        }
     }
 
     #[test]

@@ -242,7 +242,7 @@ impl Kind {
             Outcome::Refused(_) => Self::Refused,
             Outcome::Missing => Self::Missing,
             Outcome::Crashed => Self::Crash,
-            Outcome::Stopped => Self::Error,
+            Outcome::Stopped(_) => Self::Error,
             Outcome::TimedOut => Self::TimeOut,
             Outcome::OutOfMemory => Self::Memory,
             Outcome::NoTrace => Self::NoTrace,

@@ -45,8 +45,8 @@ pub enum Outcome {
     NotBuilt,
     /// The program failed.
     Crashed,
-    /// The program ended with an error message.
-    Stopped,
+    /// The program ended with an error message: its first line.
+    Stopped(String),
     /// The program exceeded its time limit.
     TimedOut,
     /// The program exceeded its memory limit.

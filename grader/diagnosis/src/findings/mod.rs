@@ -273,9 +273,17 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
         }
         _ => None,
     };
+    let stopped = |scene: &&Marked<'_>| match &scene.judged.outcome {
+        Outcome::Stopped(line) => Some(format!("in {}: \"{line}\"", scene.judged.name)),
+        _ => None,
+    };
     let mut each = concerned.iter();
     match finding.kind {
         FindingKind::Output => each.find_map(malformed),
+        FindingKind::Ends(Symptom::Error) => each.find_map(stopped),
+        FindingKind::Common if concerned.iter().any(|scene| stopped(scene).is_some()) => {
+            each.find_map(stopped)
+        }
         FindingKind::Feature | FindingKind::Common => {
             let misplaced = each.find_map(|scene| scene.misplaced());
             let is_late = concerned.iter().all(|scene| scene.steps.is_right_first_alone());
@@ -750,6 +758,15 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
             Some(only) => vec![only],
             None => scope::eliminated(&wrong, &right, FEW),
         };
+        if found.is_empty() && symptom == Symptom::Error {
+            // What scenes share says less than the message.
+            let groups = failing.chunk_by(|a, b| a.judged.outcome == b.judged.outcome);
+            let finding = |group: &[&Marked<'_>]| {
+                let scenes = names(group.iter().copied());
+                Finding::new(FindingKind::Common, Vec::new(), vec![symptom.to_string()], scenes)
+            };
+            return groups.map(finding).collect();
+        }
         if found.is_empty() {
             let right: Vec<Right<'_>> = ran.into_iter().map(Right::of).collect();
             let groups = shared::groups(failing, &right, &format!("{symptom}; "));

@@ -342,7 +342,12 @@ impl<'a> Search<'a> {
                 }
             }
             self.explain_more();
-            self.attribute();
+            if let Some(unneeded) = self.attribute() {
+                for number in self.found.remove(unneeded).scenes {
+                    self.scenes[number].explained = false;
+                }
+                continue;
+            }
             let gone = self.found.iter().filter(|cause| cause.scenes.is_empty());
             let gone: BTreeSet<usize> = gone.map(|cause| cause.group).collect();
             if gone.is_empty() {
@@ -367,8 +372,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Gives each explained scene to the causes without which its steps are not made: several, where they act together.
-    fn attribute(&mut self) {
+    /// Gives each explained scene to the causes without which its steps are not made: several, where they act together. Returns
+    /// the place of the last cause that no scene needs beside the others: what was found later says the same and more.
+    fn attribute(&mut self) -> Option<usize> {
         let made = self.made();
         let scenes = &self.scenes;
         let explained: BTreeSet<usize> =
@@ -392,6 +398,7 @@ impl<'a> Search<'a> {
         };
         let of_scenes: Vec<(usize, Vec<usize>)> =
             explained.into_par_iter().map(|number| (number, needed(number))).collect();
+        let mut unneeded = None;
         for (one, cause) in self.found.iter_mut().enumerate() {
             let is_its = |(number, causes): &&(usize, Vec<usize>)| match causes.is_empty() {
                 true => cause.scenes.contains(number),
@@ -399,11 +406,13 @@ impl<'a> Search<'a> {
             };
             let of_it: Vec<usize> =
                 of_scenes.iter().filter(is_its).map(|(number, _)| *number).collect();
-            // A cause that no scene needs beside the others keeps those by which it was found.
-            if !of_it.is_empty() {
+            if of_it.is_empty() && !cause.scenes.is_empty() {
+                unneeded = Some(one);
+            } else {
                 cause.scenes = of_it;
             }
         }
+        unneeded
     }
 
     /// Replaces causes by their rivals, where these explain more scenes beside the other causes. Returns whether it did.

@@ -10,8 +10,8 @@ use scene::schema::Masses;
 use crate::probe::{PartReport, Probing, Verdict};
 
 /// Takes back what is called wrong of a force that no finding names, where a finding explains it: wrong numbers in the
-/// output, or a proven mistake of the method whose steps measure it, or of the reading, the precision or the functions that
-/// every step needs. Where every force is wrong, something that all forces need may be.
+/// output, or something wrong of the method whose steps measure it, known or not, or a proven mistake of the reading, the precision
+/// or the functions that every step needs. Where every force is wrong, something that all forces need may be.
 pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
     let is_of_all = |feature: &Feature| {
         matches!(feature, Feature::Reading | Feature::Helpers | Feature::Precision)
@@ -48,10 +48,7 @@ pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
                 Feature::Integrator(name) => Some(*name) == method,
                 _ => false,
             };
-            let is_cause = |finding: &&Finding| {
-                finding.kind == FindingKind::Cause && finding.features.iter().any(is_of)
-            };
-            findings.iter().find(is_cause)
+            findings.iter().find(|finding| finding.features.iter().any(is_of))
         };
         let explicit = space.explicit.as_ref().ok().copied();
         let implicit = space.implicit.as_ref().ok().copied();
@@ -138,6 +135,9 @@ mod tests {
         let wrong = |findings: &[Finding]| wrong(&probing, findings);
         assert_eq!(wrong(&[]), ["springforce", "dragdamping", "springforce", "dragdamping"]);
         assert!(wrong(&[cause(Feature::Integrator("explicit-euler"))]).is_empty());
+        let unknown =
+            Finding { kind: FindingKind::Feature, ..cause(Feature::Integrator("explicit-euler")) };
+        assert!(wrong(&[unknown]).is_empty());
         let both = [
             cause(Feature::Integrator("explicit-euler")),
             cause(Feature::Force(Part::All("dragdamping"))),

@@ -67,6 +67,9 @@ impl<'a> Deref for Samples<'a> {
 /// Number of particles up to which they are listed.
 const FEW_PARTICLES: usize = 4;
 
+/// How far an equation is off at most where it is said to hold, as a share of how far it is off elsewhere.
+const CLEAR: f64 = 1e-3;
+
 /// Whether a change makes the trace's steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Agreement {
@@ -349,7 +352,9 @@ impl<'a> SceneEvidence<'a> {
         let (wrong, mut right): (Vec<_>, Vec<_>) = free.partition(|(_, left)| left.abs() > bound);
         // Where nothing changes, an equation holds that says nothing.
         right.retain(|(dof, _)| sample.after.velocities[*dof] != sample.before.velocities[*dof]);
-        if right.is_empty() {
+        let largest = right.iter().fold(0.0_f64, |most, (_, left)| most.max(left.abs()));
+        let is_clear = wrong.iter().all(|(_, left)| largest < CLEAR * left.abs());
+        if right.is_empty() || !is_clear {
             return None;
         }
         let all = |list: &[(usize, &f64)], of: fn(usize, usize) -> usize| -> BTreeSet<usize> {

@@ -3,7 +3,7 @@
 use diagnosis::change::candidates;
 use diagnosis::change::gate::{Gate, Measure};
 use diagnosis::change::{Change, Memory, Model, Quantity, Term};
-use diagnosis::findings::{Feature, Finding, FindingKind};
+use diagnosis::findings::{Feature, Finding, FindingKind, Part};
 use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
@@ -739,6 +739,90 @@ fn implicit_euler_is_not_to_be_looked_at_beside_a_wrong_solver() {
     assert!(found.iter().any(|finding| finding.words == [slip]), "{found:#?}");
     let newton = Feature::Integrator("implicit-euler");
     assert!(!found.iter().any(|finding| finding.features.contains(&newton)), "{found:#?}");
+}
+
+#[test]
+fn a_mistake_of_a_method_that_leaves_two_fifths_of_its_scenes_wrong_is_not_said() {
+    let words = "linearized-implicit-euler: the matrix has the identity in the place of M";
+    let change = [candidate(words)];
+    let suite = suite();
+    let changed = suite.cases.iter().filter(|case| {
+        let scene = &case.scene;
+        scene.particles.len() <= SMALL && states(scene, &change) != states(scene, &[])
+    });
+    let changed: Vec<&str> = changed.map(|case| case.scene.name.as_str()).collect();
+    let said = |most: usize| {
+        let found = findings_of(|scene| {
+            let states = states(scene, &change);
+            let number = changed.iter().position(|name| *name == scene.name);
+            let is_chosen = number.is_some_and(|number| number % 5 < most);
+            if is_chosen { disturbed(states) } else { states }
+        });
+        found.iter().any(|finding| finding.words == [words])
+    };
+    assert!(said(1));
+    assert!(!said(2));
+}
+
+#[test]
+fn forces_with_masses_are_not_to_be_looked_at_beside_masses_read_wrongly() {
+    let method = "linearized-implicit-euler";
+    let words = format!(
+        "{method}: masses are read as if all x came before all y, forces and velocities are not"
+    );
+    let change = [candidate(&words)];
+    let found = findings_of(|scene| {
+        let states = states(scene, &change);
+        let is_wrong = scene.integrator.name != method && has_force(scene, "gravitationalforce");
+        if is_wrong { disturbed(states) } else { states }
+    });
+    assert!(found.iter().any(|finding| finding.words == [words.as_str()]), "{found:#?}");
+    let force = Feature::Force(Part::All("gravitationalforce"));
+    assert!(!found.iter().any(|finding| finding.features.contains(&force)), "{found:#?}");
+}
+
+#[test]
+fn jacobians_of_a_force_that_is_wrong_are_not_to_be_looked_at_alone() {
+    let change = [candidate("gravitationalforce lacks the factor m_i")];
+    let found = findings_of(|scene| {
+        let states = states(scene, &change);
+        let is_linearized = scene.integrator.name == "linearized-implicit-euler";
+        let is_wrong = is_linearized && has_force(scene, "gravitationalforce");
+        if is_wrong { disturbed(states) } else { states }
+    });
+    let part = Part::All("gravitationalforce");
+    let has = |feature: Feature| found.iter().any(|one| one.features.contains(&feature));
+    assert!(has(Feature::Force(part)) && !has(Feature::Jacobian(part)), "{found:#?}");
+}
+
+#[test]
+fn scenes_with_a_term_that_is_wrong_otherwise_do_not_count_against_a_cause() {
+    let change = candidate("dragdamping is multiplied by the mass");
+    let mut suite = suite();
+    suite.cases.retain(|case| {
+        let method = case.scene.integrator.name;
+        let is_explicit = matches!(method, "explicit-euler" | "symplectic-euler");
+        is_explicit && case.scene.particles.iter().all(|particle| !particle.fixed)
+    });
+    let is_changed =
+        |scene: &Scene| states(scene, std::slice::from_ref(&change)) != states(scene, &[]);
+    let (changed, right): (Vec<_>, Vec<_>) =
+        suite.cases.iter().partition(|case| is_changed(&case.scene));
+    let (beside, alone): (Vec<_>, Vec<_>) =
+        changed.into_iter().partition(|case| has_force(&case.scene, "springforce"));
+    let alone = &alone[..2];
+    // More than twice as many scenes are wrong in which it acts.
+    assert!(beside.len() > 2 * alone.len(), "{}", beside.len());
+    let kept: Vec<&str> =
+        right.iter().chain(&beside).chain(alone).map(|case| case.id.as_str()).collect();
+    let found = findings_in(
+        |id| kept.contains(&id),
+        |scene| {
+            let states = states(scene, std::slice::from_ref(&change));
+            if has_force(scene, "springforce") { disturbed(states) } else { states }
+        },
+    );
+    assert!(found.iter().any(|finding| finding.words.contains(&change.words)), "{found:#?}");
 }
 
 /// Whether some scenes are chosen: half of them, whatever is in them.

@@ -374,22 +374,25 @@ fn exceptions(
     cause.unexplained.iter().filter(|number| !is_excused(number)).copied().collect()
 }
 
-/// Whether a cause is not said unless it is proven: one with a number, one that explains the fewer scenes, or one that is wrong
-/// in half as many as it explains although these have all that is in them.
+/// Whether a cause is not said unless it is proven: one with a number, one that explains the fewer scenes, or one that explains
+/// less than twice as many as speak against it. Of a method, all others do; of a force or of all methods, those that have
+/// nothing else in them.
 fn is_vague(
     cause: &Cause,
     exceptions: &[usize],
     scenes: &[Marked<'_>],
     limits: &Thresholds,
 ) -> bool {
-    let is_refuting = |number: &&usize| {
+    let is_of_method = matches!(cause.change().place, Place::Integrator(_) | Place::FixedUnder(_));
+    let is_against = |number: &&usize| {
         let inner = &scenes[**number].scene;
-        cause.scenes.iter().any(|outer| search::is_within(inner, &scenes[*outer].scene))
+        let is_within = |outer: &usize| search::is_within(inner, &scenes[*outer].scene);
+        is_of_method || cause.scenes.iter().any(is_within)
     };
     let explained = cause.scenes.len();
     cause.change().rank >= limits.far_fetched
         || explained <= exceptions.len()
-        || explained < 2 * exceptions.iter().filter(is_refuting).count()
+        || explained < 2 * exceptions.iter().filter(is_against).count()
 }
 
 /// Says less of features where a cause explains other scenes of them. If a force is wrong, its Jacobian may be right and fit no

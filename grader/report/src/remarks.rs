@@ -2,7 +2,7 @@
 //! steps of a program show.
 
 use grader::grading::{Grading, SceneResult, Since};
-use grader::probe::{self, PartReport};
+use grader::probe::{self, PartReport, Probing};
 use grader::verdict::{Failure, Verdict};
 
 /// Scenes that failed alike, under no finding.
@@ -16,6 +16,14 @@ pub(crate) struct Unexplained<'a> {
 /// Shipped scenes in the order of the report.
 pub(crate) fn scenes(grading: &Grading) -> impl Iterator<Item = &SceneResult> {
     grading.features.iter().flat_map(|feature| &feature.scenes)
+}
+
+/// How many of the probe's findings are wrong, and how many it could not measure: `, 1 wrong, 2 not measured`.
+pub(crate) fn not_correct(probing: &Probing) -> String {
+    let kinds = [(probe::Verdict::Wrong, "wrong"), (probe::Verdict::Inconclusive, "not measured")];
+    let counts = kinds.map(|(verdict, words)| (probing.count(verdict), words));
+    let some = counts.into_iter().filter(|(count, _)| *count > 0);
+    some.map(|(count, words)| format!(", {count} {words}")).collect()
 }
 
 /// The failed scenes that no finding explains, by verdict, the most frequent first; functions one by one.

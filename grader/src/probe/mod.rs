@@ -108,12 +108,14 @@ impl Probing {
 
     /// Number of correct findings, and number of findings that the simulator offers.
     pub fn counts(&self) -> (usize, usize) {
-        let count = |wanted: fn(Verdict) -> bool| {
-            let findings = self.parts.iter().flat_map(PartReport::findings);
-            findings.filter(|(_, finding)| wanted(finding.verdict)).count()
-        };
-        let correct = count(|verdict| verdict == Verdict::Correct);
-        (correct, count(|verdict| verdict != Verdict::NotOffered))
+        let correct = self.count(Verdict::Correct);
+        (correct, correct + self.count(Verdict::Wrong) + self.count(Verdict::Inconclusive))
+    }
+
+    /// Number of findings with this verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        let findings = self.parts.iter().flat_map(PartReport::findings);
+        findings.filter(|(_, finding)| finding.verdict == verdict).count()
     }
 }
 

@@ -5,6 +5,7 @@ use std::io;
 use grader::grading::{
     AssignmentName, FeatureResult, Grading, GradingOutcome, Hidden, SceneResult, Totals, points,
 };
+use grader::probe::Probing;
 use grader::suite::Section;
 use grader::verdict::{Verdict, number};
 
@@ -66,13 +67,15 @@ fn verdict(html: &mut Html, grading: &Grading) -> io::Result<()> {
         }
     }
     let jacobians = if grading.jacobians.is_empty() {
-        grading.probing.as_ref().map(|probing| (probing.counts(), "findings"))
+        let of_probe =
+            |probing: &Probing| (probing.counts(), "findings", remarks::not_correct(probing));
+        grading.probing.as_ref().map(of_probe)
     } else {
-        Some((grading.jacobians.counts(), "verdicts"))
+        Some((grading.jacobians.counts(), "verdicts", String::new()))
     };
-    if let Some(((correct, asked), noun)) = jacobians {
+    if let Some(((correct, asked), noun, rest)) = jacobians {
         html.markup("<li>").link("jacobians.html", "Jacobians");
-        html.text(&format!(": {correct} of {asked} {noun} correct")).markup("</li>");
+        html.text(&format!(": {correct} of {asked} {noun} correct{rest}")).markup("</li>");
     }
     html.markup("</ul>\n");
     Ok(())

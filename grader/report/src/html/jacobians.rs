@@ -9,6 +9,7 @@ use grader::white_box::{self, Entry, Exhibit, JacobianCheck, JacobianReport, Ver
 use super::chart::{Chart, Series};
 use super::page::{Attributes, Html, Page};
 use crate::jacobians::{axis, measured, words};
+use crate::remarks;
 
 /// Shades of a heat map on each side of zero.
 const SHADES: f64 = 4.0;
@@ -203,7 +204,7 @@ pub fn probing(probing: &Probing, name: &str, above: &[(String, String)]) -> Vec
     html.element(
         "p",
         &[("class", class)],
-        &format!("{correct} of {offered} findings are correct."),
+        &format!("{correct} of {offered} findings are correct{}.", remarks::not_correct(probing)),
     );
     html.markup(
         "<p>Measured from single steps: the force against the documented formula, and each block of the Jacobian \

@@ -389,7 +389,7 @@ fn write_summary(
     }
     if let Some(probing) = offered(grading) {
         let (correct, offered) = probing.counts();
-        let text = format!("{correct}/{offered} findings");
+        let text = format!("{correct}/{offered} findings{}", remarks::not_correct(probing));
         rows.push(vec![Cell::left("Jacobians"), Cell::right(text)]);
     }
     let graded_as = grading.assignment.as_ref().map(|AssignmentName { name, title }| {

@@ -111,8 +111,9 @@ mod tests {
 
     #[test]
     fn each_reading_is_told_by_the_numbers_it_gives() {
-        let all: Vec<[f64; 4]> =
-            Reading::all().map(|one| one.of([-1.5, 2.25, 3.75, -4.125])).collect();
+        let numbers = [[-1.5, 2.25, 3.75, -4.125], [5.5, -6.25, -7.75, 8.125]];
+        let all: Vec<[[f64; 4]; 2]> =
+            Reading::all().map(|one| numbers.map(|numbers| one.of(numbers))).collect();
         for (number, one) in all.iter().enumerate() {
             assert!(!all[..number].contains(one), "{one:?}");
         }

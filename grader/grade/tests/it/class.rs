@@ -580,7 +580,7 @@ fn malformed_hand_in_fails_alone() {
     // By itself it is the verdict as well.
     let run = project.grade(&["class/full", "--no-jacobians"]);
     assert_eq!(run.code, 1, "{}", run.stderr);
-    assert!(run.stdout.contains("in Free/far: bad hand in\n"), "{}", run.stdout);
+    assert!(run.stdout.contains("No scene was run: bad hand in\n"), "{}", run.stdout);
 }
 
 #[test]

@@ -536,7 +536,7 @@ pub enum Blocks {
     OwnTransposed,
     /// The right ones, that of particles `i` and `j` from row `i` and column `j` on.
     AtIndex {
-        /// Those of each particle by itself alone.
+        /// Only the blocks of each particle with itself.
         own: bool,
     },
     /// The right ones, but for a factor of the one in this row and column.

@@ -757,7 +757,7 @@ impl Model {
         add: &mut dyn FnMut(usize, usize, f64),
     ) {
         let axes = self.dimension;
-        let place = 1 + usize::from(quantity == Quantity::ByVelocity);
+        let place = quantity.place();
         let most = model.n_coordinates(place, at.x.len(), axes);
         let blocks = model.evaluations[place].blocks.or_else(|| self.blocks_of_all(model));
         self.each_block(model, quantity, at, &mut |row, column, block| {

@@ -409,7 +409,7 @@ impl Model {
         };
         let at = self.rules.jacobians_at[usize::from(quantity == Quantity::ByVelocity)];
         let mut at = self.point(time, of, u, at.unwrap_or(1.0));
-        let place = 1 + usize::from(quantity == Quantity::ByVelocity);
+        let place = quantity.place();
         at.v.iter_mut().for_each(|v| *v *= self.rules.seen[place]);
         Some(self.with_others(at, earlier))
     }

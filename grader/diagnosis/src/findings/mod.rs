@@ -280,8 +280,9 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
     let mut each = concerned.iter();
     match finding.kind {
         FindingKind::Output => each.find_map(malformed),
-        FindingKind::Ends(Symptom::Error) => each.find_map(stopped),
-        FindingKind::Common if concerned.iter().any(|scene| stopped(scene).is_some()) => {
+        FindingKind::Ends(Symptom::Error) | FindingKind::Common
+            if concerned.iter().any(|scene| stopped(scene).is_some()) =>
+        {
             each.find_map(stopped)
         }
         FindingKind::Feature | FindingKind::Common => {
@@ -761,14 +762,11 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
             Some(only) => vec![only],
             None => scope::eliminated(&wrong, &right, FEW),
         };
-        if found.is_empty() && symptom == Symptom::Error {
-            // What scenes share says less than the message.
-            let groups = failing.chunk_by(|a, b| a.judged.outcome == b.judged.outcome);
-            let finding = |group: &[&Marked<'_>]| {
-                let scenes = names(group.iter().copied());
-                Finding::new(FindingKind::Common, Vec::new(), vec![symptom.to_string()], scenes)
-            };
-            return groups.map(finding).collect();
+        let is_one_message = symptom == Symptom::Error
+            && failing.windows(2).all(|pair| pair[0].judged.outcome == pair[1].judged.outcome);
+        if found.is_empty() && is_one_message && !failing.is_empty() {
+            // What these scenes share says less than the message.
+            return vec![shared::unnamed(symptom.to_string(), &failing)];
         }
         if found.is_empty() {
             let right: Vec<Right<'_>> = ran.into_iter().map(Right::of).collect();

@@ -204,7 +204,8 @@ fn shared_in_words(shared: &[&Property], alike: &[Right<'_>]) -> String {
     format!("the scenes share {list}, {rest}")
 }
 
-fn unnamed(words: String, scenes: &[&Marked<'_>]) -> Finding {
+/// What these scenes have in common, without a feature.
+pub(super) fn unnamed(words: String, scenes: &[&Marked<'_>]) -> Finding {
     let scenes = names(scenes.iter().copied());
     Finding::new(FindingKind::Common, Vec::new(), vec![words], scenes)
 }

@@ -373,7 +373,7 @@ impl<'a> Search<'a> {
     }
 
     /// Gives each explained scene to the causes without which its steps are not made: several, where they act together. Returns
-    /// the place of the last cause that no scene needs beside the others: what was found later says the same and more.
+    /// the place of the last cause that no scene needs beside the others.
     fn attribute(&mut self) -> Option<usize> {
         let made = self.made();
         let scenes = &self.scenes;

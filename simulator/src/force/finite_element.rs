@@ -331,8 +331,9 @@ impl<M: Material<D, N>, const N: usize, const D: usize> StencilLaw<N, D> for Ele
         let mut jacobians = LocalJacobians::<N, D>::zeros();
         for b in 0..N {
             for axis in 0..D {
-                let mut df = Gradient::<D, N>::zeros();
-                df.set_row(axis, &self.inverse.row(b));
+                // Not by `set_row`: reading a matrix right after writing one row of it waits for the memory.
+                let entry = |row, place| if row == axis { self.inverse[(b, place)] } else { 0.0 };
+                let df = Gradient::<D, N>::from_fn(entry);
                 let mut change = material.change(&df);
                 if let Some(viscosity) = &viscosity {
                     change += viscosity.change(&df);
@@ -384,12 +385,14 @@ struct StVenantKirchhoff<const D: usize, const N: usize> {
     f: Gradient<D, N>,
     /// `ε`.
     strain: SMatrix<f64, N, N>,
+    /// `S`.
+    stress: SMatrix<f64, N, N>,
 }
 
 impl<const D: usize, const N: usize> Material<D, N> for StVenantKirchhoff<D, N> {
     fn at(lame: Lame, f: Gradient<D, N>) -> Option<Self> {
         let strain = (f.transpose() * f - SMatrix::identity()) * 0.5;
-        Some(Self { lame, f, strain })
+        Some(Self { lame, f, strain, stress: lame.stress(&strain) })
     }
 
     fn energy(&self) -> f64 {
@@ -398,12 +401,12 @@ impl<const D: usize, const N: usize> Material<D, N> for StVenantKirchhoff<D, N> 
     }
 
     fn stress(&self) -> Gradient<D, N> {
-        self.f * self.lame.stress(&self.strain)
+        self.f * self.stress
     }
 
     fn change(&self, df: &Gradient<D, N>) -> Gradient<D, N> {
         let change = self.lame.stress(&symmetric(self.f.transpose() * df));
-        df * self.lame.stress(&self.strain) + self.f * change
+        df * self.stress + self.f * change
     }
 }
 

@@ -7,10 +7,10 @@ use sandbox::NotKept;
 use scene::trace::TraceFault;
 
 use super::judge::Judged;
-use super::refusal::{message, says_why};
+use super::refusal::{message, says_why, uncaught};
 use crate::compare::Criteria;
 use crate::suite::{NoTrace, Section};
-use crate::verdict::{Failure, FormFault, Lack, RunEnd, Skipped, Verdict};
+use crate::verdict::{Failure, FormFault, Lack, RunEnd, RunFailure, Skipped, Verdict};
 
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
 pub(super) fn look_into(judged: &mut [Judged<'_>], limits: &Thresholds) -> Findings {
@@ -82,11 +82,9 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         Failure::NoTrace(NoTrace::Missing { .. }) => Outcome::Missing,
         Failure::NoTrace(NoTrace::Several { .. }) | Failure::Unreadable { .. } => Outcome::NoTrace,
         Failure::Run(run) if says_why(run) => Outcome::Refused(None),
-        Failure::Run(run) => {
-            message(run).map_or_else(|| outcome_of_run(&run.end), Outcome::Stopped)
-        }
+        Failure::Run(run) => message(run).map_or_else(|| outcome_of_run(run), Outcome::Stopped),
         Failure::Skipped(Skipped::Crashes { last, .. }) => outcome_of_failure(last),
-        Failure::GaveUp { .. } => Outcome::Crashed,
+        Failure::GaveUp { .. } => Outcome::Crashed(None),
         Failure::Skipped(Skipped::TimeOuts { .. } | Skipped::Features { .. }) => Outcome::TimedOut,
         Failure::NotGreeted(failures) => outcome_of_failure(failures.telling()),
         Failure::Malformed { fault: FormFault::Time { state: 1, found, .. }, .. }
@@ -108,13 +106,13 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
     }
 }
 
-fn outcome_of_run(end: &RunEnd) -> Outcome {
-    match end {
+fn outcome_of_run(run: &RunFailure) -> Outcome {
+    match &run.end {
         RunEnd::Budget(_) => Outcome::NotJudged,
         RunEnd::Exited(_)
         | RunEnd::Killed(_)
         | RunEnd::NotStarted { .. }
-        | RunEnd::Processes(_) => Outcome::Crashed,
+        | RunEnd::Processes(_) => Outcome::Crashed(uncaught(run)),
         RunEnd::Processor(_) | RunEnd::Wall(_) => Outcome::TimedOut,
         RunEnd::Memory(_) => Outcome::OutOfMemory,
         RunEnd::NoTrace { reason: NotKept::TooLarge(_), .. }

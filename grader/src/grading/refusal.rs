@@ -43,8 +43,11 @@ const SIGNALS: i32 = 128;
 const REASONS: [&str; 4] = ["cannot", "can't", " yet", "only "];
 
 /// Words of reports of errors that a program did not catch, in lower case.
-const UNCAUGHT: [&str; 7] = [
+const UNCAUGHT: [&str; 9] = [
     "traceback",
+    // Lines of the stack of calls, as JavaScript and Java print them.
+    "\n    at ",
+    "\n\tat ",
     "panicked",
     "terminate called",
     "assertion",
@@ -115,6 +118,25 @@ pub(super) fn message(run: &RunFailure) -> Option<String> {
     let mut lines = without_warnings(run.output.text.raw(RawUse::Part));
     let first = lines.find(|line| !line.trim().is_empty()).filter(|_| says_something(run))?;
     Some(Untrusted::from(first).line())
+}
+
+/// The message of an error that a program did not catch, as its language reports it.
+pub(super) fn uncaught(run: &RunFailure) -> Option<String> {
+    let mut lines = without_warnings(run.output.text.raw(RawUse::Part));
+    let message = loop {
+        let line = lines.next()?;
+        let first = line.split([' ', ':']).next().unwrap_or_default();
+        // Rust's message is on the line after.
+        if line.contains("panicked at ") {
+            break lines.next()?;
+        }
+        // Python, JavaScript, Java; then C++.
+        let is_error = first.ends_with("Error") || first.ends_with("Exception");
+        if is_error || line.contains("what(): ") || line.contains("Assertion ") {
+            break line.trim_start();
+        }
+    };
+    Some(Untrusted::from(message).line())
 }
 
 /// Features of a scene by the names that a message may use: its integrator, its forces, its format.
@@ -195,6 +217,40 @@ mod tests {
         ] {
             assert_eq!(first(end, text), None, "{text}");
         }
+    }
+
+    #[test]
+    fn the_message_of_an_error_that_is_not_caught_is_found() {
+        let output = |text: &str| LastOutput { text: text.to_owned().into(), misses_file: false };
+        for (text, message) in [
+            (
+                "Traceback (most recent call last):\n  File \"a.py\", line 1, in <module>\n    \
+                 raise ValueError(x)\nValueError: no edge 3",
+                "ValueError: no edge 3",
+            ),
+            (
+                "/a/sim.js:3\n  throw new Error(x);\n  ^\n\nError: Cannot find module 'x'\n    at f (/a/sim.js:3:9)",
+                "Error: Cannot find module 'x'",
+            ),
+            (
+                "Exception in thread \"main\" java.lang.NullPointerException: x\n\tat Sim.main(Sim.java:3)",
+                "Exception in thread \"main\" java.lang.NullPointerException: x",
+            ),
+            (
+                "\nthread 'main' panicked at a.rs:2:5:\nindex out of bounds\nnote: x",
+                "index out of bounds",
+            ),
+            (
+                "terminate called after throwing an instance of 'std::out_of_range'\n  what():  map::at\n",
+                "what():  map::at",
+            ),
+        ] {
+            let run = RunFailure { end: RunEnd::Exited(1), output: output(text) };
+            assert_eq!(uncaught(&run).as_deref(), Some(message));
+            assert!(!says_why(&run), "{text}");
+        }
+        let run = RunFailure { end: RunEnd::Exited(1), output: output("no particles\n") };
+        assert_eq!(uncaught(&run), None);
     }
 
     #[test]

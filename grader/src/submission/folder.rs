@@ -166,8 +166,9 @@ pub(crate) fn build(
         }
     }
     runner.readable.push(home.clone());
-    let CommandLine { program, arguments } = CommandLine::of(&recipe.run, &home);
-    let serving = recipe.serve.as_ref().map(|serve| CommandLine::of(serve, &home));
+    let call = |command: &Vec<String>| CommandLine::of(command, &home).from_home(&home);
+    let CommandLine { program, arguments } = call(&recipe.run);
+    let serving = recipe.serve.as_ref().map(call);
     let serving = serving.map(|serve| Arc::new(Serving::new(serve)));
     let format = match recipe.format {
         ManifestFormat::Csv => TraceFormat::Csv,

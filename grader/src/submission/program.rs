@@ -564,6 +564,16 @@ impl CommandLine {
             if program.contains('/') { home.join(&program) } else { PathBuf::from(&program) };
         Self { program, arguments: words.collect() }
     }
+
+    /// With the submission's own files where arguments name them as from its folder, which is not the working directory of runs.
+    pub(super) fn from_home(self, home: &Path) -> Self {
+        let own = |word: String| match Path::new(&word).is_relative() && home.join(&word).is_file()
+        {
+            true => home.join(word).to_string_lossy().into_owned(),
+            false => word,
+        };
+        Self { arguments: self.arguments.into_iter().map(own).collect(), ..self }
+    }
 }
 
 /// The scratch folder of one run.

@@ -241,7 +241,7 @@ impl Kind {
             Outcome::NotBuilt => Self::NotBuilt,
             Outcome::Refused(_) => Self::Refused,
             Outcome::Missing => Self::Missing,
-            Outcome::Crashed => Self::Crash,
+            Outcome::Crashed(_) => Self::Crash,
             Outcome::Stopped(_) => Self::Error,
             Outcome::TimedOut => Self::TimeOut,
             Outcome::OutOfMemory => Self::Memory,

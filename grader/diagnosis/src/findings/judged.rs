@@ -43,8 +43,8 @@ pub enum Outcome {
     Missing,
     /// There is no program.
     NotBuilt,
-    /// The program failed.
-    Crashed,
+    /// The program failed: the message of the error that it did not catch, if it printed one.
+    Crashed(Option<String>),
     /// The program ended with an error message: its first line.
     Stopped(String),
     /// The program exceeded its time limit.

@@ -274,13 +274,15 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
         _ => None,
     };
     let stopped = |scene: &&Marked<'_>| match &scene.judged.outcome {
-        Outcome::Stopped(line) => Some(format!("in {}: \"{line}\"", scene.judged.name)),
+        Outcome::Stopped(line) | Outcome::Crashed(Some(line)) => {
+            Some(format!("in {}: \"{line}\"", scene.judged.name))
+        }
         _ => None,
     };
     let mut each = concerned.iter();
     match finding.kind {
         FindingKind::Output => each.find_map(malformed),
-        FindingKind::Ends(Symptom::Error) | FindingKind::Common
+        FindingKind::Ends(Symptom::Error | Symptom::Crash) | FindingKind::Common
             if concerned.iter().any(|scene| stopped(scene).is_some()) =>
         {
             each.find_map(stopped)

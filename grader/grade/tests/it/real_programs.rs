@@ -243,7 +243,7 @@ fn java_runs_in_the_sandbox() {
 #[needs("command -v node")]
 #[test]
 fn node_runs_in_the_sandbox() {
-    let run = manifest(&[], &["node", "{folder}/simulate.js"]);
+    let run = manifest(&[], &["node", "simulate.js"]);
     Suite::new().pass("node", &[("simulate.js", NODE), ("submission.toml", &run)], &[]);
 }
 

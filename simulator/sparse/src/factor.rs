@@ -630,8 +630,9 @@ fn eliminate<const D: usize, const SYMMETRIC: bool>(
             } else {
                 let (left, right) = rows.split_at_mut(below * height);
                 let w = Operand { columns: &left[pivot * D * height..], offset: below };
-                subtract::<D>(target, height, inside, x, w, height, reach, D);
-                subtract::<D>(&mut right[below..], height, inside, w, x, height, reach, D);
+                for (target, x, w) in [(target, x, w), (&mut right[below..], w, x)] {
+                    subtract::<D>(target, height, inside, x, w, height, reach, D);
+                }
             }
         }
         let done = end * D;
@@ -640,22 +641,18 @@ fn eliminate<const D: usize, const SYMMETRIC: bool>(
         let (rows_left, rows_right) = rows.split_at_mut(if SYMMETRIC { 0 } else { done * height });
         let x = &left[start * D * height..];
         let w = if SYMMETRIC { &*unscaled } else { &rows_left[start * D * height..] };
-        if done < n_columns {
-            let x = Operand { columns: x, offset: done };
-            let w = Operand { columns: w, offset: done };
-            let (wide, reach) = (n_columns - done, height - done);
-            subtract::<D>(&mut right[done..], height, wide, x, w, height, reach, depth);
-            if !SYMMETRIC {
-                subtract::<D>(&mut rows_right[done..], height, wide, w, x, height, reach, depth);
-            }
-        }
-        if n_rows > 0 {
-            let x = Operand { columns: x, offset: n_columns };
-            let w = Operand { columns: w, offset: n_columns };
-            subtract::<D>(update, n_rows, n_rows, x, w, height, n_rows, depth);
-            if !SYMMETRIC {
-                subtract::<D>(upper_update, n_rows, n_rows, w, x, height, n_rows, depth);
-            }
+        let wide = n_columns - done;
+        // One loop, so that the tiles are compiled once. There are no later columns after the last panel.
+        let targets = [
+            (right.get_mut(done..).unwrap_or_default(), height, wide, done, x, w),
+            (&mut *update, n_rows, n_rows, n_columns, x, w),
+            (rows_right.get_mut(done..).unwrap_or_default(), height, wide, done, w, x),
+            (&mut *upper_update, n_rows, n_rows, n_columns, w, x),
+        ];
+        let n_targets = if SYMMETRIC { 2 } else { 4 };
+        for (target, stride, width, offset, x, w) in targets.into_iter().take(n_targets) {
+            let (x, w) = (Operand { columns: x, offset }, Operand { columns: w, offset });
+            subtract::<D>(target, stride, width, x, w, height, height - offset, depth);
         }
         start = end;
     }

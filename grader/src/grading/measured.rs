@@ -4,15 +4,16 @@
 use std::collections::BTreeSet;
 
 use diagnosis::findings::{Feature, Finding, FindingKind};
-use scene::Dimension;
-use scene::schema::Masses;
+use scene::schema::{Masses, StepEquation};
+use scene::{Dimension, Scene};
 
-use crate::probe::{PartReport, Probing, Verdict};
+use crate::probe::{Block, PartReport, Probing, Verdict};
 
 /// Takes back what is called wrong of a force that no finding names, where a finding explains it: wrong numbers in the
 /// output, or something wrong of the method whose steps measure it, known or not, or a proven mistake of the reading, the precision
-/// or the functions that every step needs. Where every force is wrong, something that all forces need may be.
-pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
+/// or the functions that every step needs. Where every force is wrong, something that all forces need may be. What steps of a
+/// scene that passed depend on is right there, and wrong under other circumstances at most.
+pub(super) fn take_back(probing: &mut Probing, findings: &[Finding], passed: &[&Scene]) {
     let is_of_all = |feature: &Feature| {
         matches!(feature, Feature::Reading | Feature::Helpers | Feature::Precision)
     };
@@ -60,7 +61,39 @@ pub(super) fn take_back(probing: &mut Probing, findings: &[Finding]) {
         if doubtful.contains(&(part.dimension, true)) {
             part.take_back(true, "every force is wrong: masses, or the sum of all forces, may be");
         }
+        let (force, blocks) = shown(part, passed);
+        part.take_back_of(force, blocks, false, "a scene in which it acts passes");
     }
+}
+
+/// Whether these scenes, which passed, need the force of a part, and each of its blocks: one step of Newton's method does.
+fn shown(part: &PartReport, passed: &[&Scene]) -> (bool, [bool; Block::ALL.len()]) {
+    let acts = |scene: &Scene, between_free: bool| {
+        let is_free = |particle: &usize| !scene.particles[*particle].fixed;
+        let all: Vec<usize> = (0..scene.particles.len()).collect();
+        scene.forces.iter().any(|element| {
+            let mut parts = element.schema.parts.iter();
+            let is_there = element.schema.tag == part.force
+                && parts.any(|one| one.name == part.part && element.has_part(one));
+            let (particles, is_field): (&[usize], bool) = match element.particles.is_empty() {
+                true => (&all, true),
+                false => (&element.particles, false),
+            };
+            let is_moved = match between_free {
+                true => !is_field && particles.iter().all(is_free),
+                false => particles.iter().any(is_free),
+            };
+            is_there && is_moved
+        })
+    };
+    let in_space = || passed.iter().filter(|scene| scene.dimension == part.dimension);
+    let is_linearized =
+        |scene: &&&Scene| scene.integrator.equation == StepEquation::LinearizedImplicitEuler;
+    let of_block = |block: Block| {
+        let between_free = !block.holds(0, 0);
+        in_space().filter(is_linearized).any(|scene| acts(scene, between_free))
+    };
+    (in_space().any(|scene| acts(scene, false)), Block::ALL.map(of_block))
 }
 
 /// Whether a wrong mass would show in a measured force: a force that is proportional to it hides it.
@@ -72,8 +105,6 @@ fn shows_masses(part: &PartReport) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use scene::Scene;
-
     use super::*;
     use crate::boundary::printed::Untrusted;
     use crate::probe::{BuiltIn, Stepper, probe};
@@ -120,7 +151,7 @@ mod tests {
     /// The forces called wrong of a program with these forces, where findings are known.
     fn wrong(probing: &Probing, findings: &[Finding]) -> Vec<&'static str> {
         let mut probing = probing.clone();
-        take_back(&mut probing, findings);
+        take_back(&mut probing, findings, &[]);
         let is_wrong = |part: &&PartReport| part.force_finding.verdict == Verdict::Wrong;
         let mut forces: Vec<_> =
             probing.parts.iter().filter(is_wrong).map(|part| part.force).collect();
@@ -147,6 +178,42 @@ mod tests {
         // Implicit steps don't measure a force.
         let implicit = cause(Feature::Integrator("linearized-implicit-euler"));
         assert_eq!(wrong(&[implicit]).len(), 4);
+    }
+
+    /// A spring, and a particle that drags, in a step of this method.
+    fn spring(integrator: &str, fixed: u8) -> Scene {
+        let text = format!(
+            r#"<scene> <duration time="1"/> <integrator type="{integrator}" dt="0.1"/>
+  <particle m="1" px="0" py="0" vx="0" vy="0" fixed="{fixed}"/>
+  <particle m="2" px="1" py="0" vx="3" vy="4" fixed="0"/>
+  <edge i="0" j="1"/> <springforce edge="0" k="1" l0="0.5" b="0"/>
+</scene>"#
+        );
+        let vocabulary = simulator::vocabulary();
+        let options = scene::ParseOptions::default();
+        scene::xml::parse(&text, "a.xml", &vocabulary, &options).expect("a scene").scene
+    }
+
+    #[test]
+    fn what_a_scene_that_passed_needs_is_not_called_wrong() {
+        let of = |tag: &str, dimension| tag == "springforce" && dimension == Dimension::Two;
+        let probing = probe(&Undivided, of);
+        let wrong = |passed: &[&Scene]| {
+            let mut probing = probing.clone();
+            take_back(&mut probing, &[], passed);
+            let is_wrong = |part: &&PartReport| part.force_finding.verdict == Verdict::Wrong;
+            probing.parts.iter().filter(is_wrong).map(|part| part.part).collect::<Vec<_>>()
+        };
+        assert_eq!(wrong(&[]), ["elastic", "damping"]);
+        // It does not damp, and one of two fixed particles moves nothing.
+        assert_eq!(wrong(&[&spring("explicit-euler", 0)]), ["damping"]);
+        let mut fixed = spring("explicit-euler", 1);
+        fixed.particles[1].fixed = true;
+        assert_eq!(wrong(&[&fixed]), ["elastic", "damping"]);
+        let shown = |scene: &Scene| shown(&probing.parts[0], &[scene]).1;
+        assert_eq!(shown(&spring("linearized-implicit-euler", 0)), [true; 4]);
+        assert_eq!(shown(&spring("linearized-implicit-euler", 1)), [true, false, true, false]);
+        assert_eq!(shown(&spring("implicit-euler", 0)), [false; 4]);
     }
 
     #[test]

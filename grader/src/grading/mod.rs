@@ -24,6 +24,7 @@ mod result;
 use std::collections::HashSet;
 
 use rayon::prelude::*;
+use scene::Scene;
 use scene::trace::State;
 
 use crate::boundary::printed::Untrusted;
@@ -197,7 +198,9 @@ impl<'a> Grader<'a> {
                 self.assignment.is_none_or(|assignment| assignment.scope().offers(tag, dimension))
             };
             let mut probing = probe::probe(program, offers);
-            measured::take_back(&mut probing, &grading.findings.list);
+            let passed = grading.passed_cases(suite, rubric.other_root());
+            let passed: Vec<&Scene> = passed.iter().map(|one| &one.case.scene).collect();
+            measured::take_back(&mut probing, &grading.findings.list, &passed);
             grading.probing = Some(probing);
         }
         if let (Some(program), Some(secret)) = (program(), checks.altered) {

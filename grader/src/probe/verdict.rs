@@ -189,7 +189,7 @@ impl Block {
     }
 
     /// Whether it contains the entry of these particles.
-    pub(super) fn holds(self, row: usize, column: usize) -> bool {
+    pub(crate) fn holds(self, row: usize, column: usize) -> bool {
         let direct = matches!(self, Self::PositionDirect | Self::VelocityDirect);
         direct == (row == column)
     }
@@ -218,10 +218,22 @@ impl PartReport {
 
     /// Takes back what is called wrong: of the force and what implicit steps measure, or of that alone.
     pub fn take_back(&mut self, with_force: bool, because: &str) {
-        let force = with_force.then_some(&mut self.force_finding);
+        self.take_back_of(with_force, [true; Block::ALL.len()], true, because);
+    }
+
+    /// Takes back what is called wrong of the force, of these blocks in the order of [`Block::ALL`] and of the step.
+    pub fn take_back_of(
+        &mut self,
+        force: bool,
+        blocks: [bool; Block::ALL.len()],
+        step: bool,
+        because: &str,
+    ) {
+        let blocks = self.blocks.iter_mut().zip(blocks);
+        let others = [(&mut self.step, step), (&mut self.force_finding, force)];
         let mut is_taken = false;
-        for finding in self.blocks.iter_mut().chain([&mut self.step]).chain(force) {
-            if finding.verdict == Verdict::Wrong {
+        for (finding, is_meant) in blocks.chain(others) {
+            if is_meant && finding.verdict == Verdict::Wrong {
                 *finding = Finding::not_measured(because);
                 is_taken = true;
             }

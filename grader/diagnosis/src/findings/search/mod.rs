@@ -46,6 +46,15 @@ pub(super) struct Cause {
     group: usize,
 }
 
+#[cfg(test)]
+impl Cause {
+    /// One that explains these scenes, and not those.
+    pub(super) fn of_scenes(change: Change, scenes: Vec<usize>, unexplained: Vec<usize>) -> Self {
+        let (alternatives, rivals) = (vec![change], Vec::new());
+        Self { alternatives, rivals, scenes, open: 0, unexplained, group: 0 }
+    }
+}
+
 impl Cause {
     pub(super) fn change(&self) -> &Change {
         &self.alternatives[0]
@@ -649,6 +658,52 @@ fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::change::Memory;
+    use crate::findings::evidence::SceneEvidence;
+    use crate::findings::judged::JudgedScene;
+
+    #[test]
+    fn a_cause_that_no_scene_needs_beside_the_others_goes() {
+        let text = r#"<scene> <duration time="1"/> <integrator type="explicit-euler" dt="0.1"/>
+  <particle m="1" px="0" py="0" vx="0" vy="1" fixed="0"/>
+  <particle m="2" px="1" py="0" vx="3" vy="4" fixed="0"/>
+  <edge i="0" j="1"/> <springforce edge="0" k="1" l0="0.5"/>
+</scene>"#;
+        let options = scene::ParseOptions::default();
+        let scene = scene::xml::parse(text, "a.xml", &simulator::vocabulary(), &options);
+        let scene = scene.expect("a scene").scene;
+        let elastic = Term { tag: "springforce", part: "elastic" };
+        let doubled = candidates::factor(elastic, &[Quantity::Force], 2.0);
+        let changes = [candidates::omission(elastic), doubled];
+        let model = Model::new(&scene, &changes[..1]);
+        let mut states = vec![model.start()];
+        for step in 0..scene.n_steps() {
+            let before = &states[states.len() - 1];
+            let made = model.step(&mut Memory::default(), step, None, before);
+            states.push(made.expect("a step").state);
+        }
+        let judged = JudgedScene {
+            name: "a",
+            scene: &scene,
+            is_required: true,
+            outcome: Outcome::Differs,
+            first_wrong: None,
+            largest: [1.0; 2],
+            has_positions_alone: false,
+            has_other_root: false,
+            envelope: Vec::new(),
+            states: &states,
+        };
+        let limits = Thresholds::default();
+        let evidence = SceneEvidence::of(&judged, &limits);
+        let mut search = Search::new(&[Marked::new(&evidence)], &limits);
+        let cause = |change: &Change| Cause::of_scenes(change.clone(), vec![0], Vec::new());
+        search.found = changes.iter().map(cause).collect();
+        search.found[1].group = 1;
+        search.settle();
+        assert_eq!(search.made(), changes[..1]);
+        assert_eq!(search.found[0].scenes, [0]);
+    }
 
     #[test]
     fn pairs_of_changes_in_a_large_net_do_not_fit_into_a_search() {

@@ -241,6 +241,27 @@ const CHANGES: &[&str] = &[
     "implicit-euler: Newton's method starts from zero velocities, of fixed particles as well",
     "implicit-euler: Newton's method makes no iteration after the first step",
     "springforce overwrites the forces on its first particle of its own elements before it and of all fields, along y alone",
+    "explicit-euler: each coordinate moves before the forces on the next are evaluated",
+    "symplectic-euler: each component of the velocities changes before the forces on the next are evaluated",
+    "explicit-euler: no force acts in the first step, as where forces are evaluated after their use",
+    "symplectic-euler: forces are evaluated at the positions of the step before; there are none in the first step",
+    "linearized-implicit-euler: the matrix lacks the blocks below its diagonal",
+    "linearized-implicit-euler: the matrix is divided by the masses, and the right-hand side is not",
+    "linearized-implicit-euler: back substitution reads entries of the column below the diagonal in the place of those of the row",
+    "linearized-implicit-euler: back substitution subtracts no other unknown",
+    "masses are read as if all x came before all y, in forces as well",
+    "masses are read as if all x came before all y, in forces that of x alone",
+    "implicit methods clear rows and columns of the fixed particles before the first free one only",
+    "implicit methods clear only blocks between two fixed particles, not those with a free one",
+    "implicit methods clear only blocks between two fixed particles, not those with a free one, and keep their masses",
+    "of the fixed particles, only those before the first free one are held",
+    "steps of explicit-euler hold only the fixed particles before the first free one",
+    "both Jacobians of every force are put into blocks that are not there yet, and not added to others",
+    "dF/dx of every force between particles is put into the blocks of a particle by itself that are not there yet, and not added to others",
+    "both Jacobians of every force are assigned to blocks, not added",
+    "each springforce acts as a gravitationalforce with its parameters as well",
+    "each gravitationalforce acts as a dragdamping with its parameters as well, in dF/dv alone",
+    "gravitationalforce has the integer part of m_i m_j in the place of m_i m_j",
 ];
 
 /// Plants so many of the changes, one at a time.
@@ -665,6 +686,22 @@ impl StateSource for StartsAtOne {
         let fault = TraceFault::StepOrder { expected: 0, found: "1".to_owned() };
         Err(Failure::Malformed { location: None, fault: FormFault::Content(fault) })
     }
+}
+
+#[test]
+fn a_mistake_beside_momenta_in_the_place_of_velocities_is_named() {
+    let change = candidate("gravitationalforce lacks the factor m_i");
+    let found = findings_of(|scene| {
+        let mut all = states(scene, std::slice::from_ref(&change));
+        let axes = scene.dimension.count();
+        for state in &mut all {
+            let each = state.velocities.chunks_mut(axes).zip(&scene.particles);
+            each.for_each(|(v, particle)| v.iter_mut().for_each(|v| *v *= particle.mass));
+        }
+        all
+    });
+    let output = "the output: m v stands in the place of each velocity";
+    assert_said(&found, &[&change.words, output]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
-use scene::schema::{Dependence, Masses, ParameterSchema, Stencil, StepEquation};
+use scene::schema::{Dependence, ForceSchema, Masses, ParameterSchema, Stencil, StepEquation};
 use scene::{Dimension, ForceElement, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
@@ -20,7 +20,8 @@ use super::rounds::is_of_rounds;
 use super::{
     Axes, Beyond, Blocks, Carried, Change, Cleared, Effect, Ends, Entries, Factor, FixedRule,
     Guess, Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Order, Particles, Pick,
-    Place, Quantity, Rule, SceneRule, SeenAt, Softening, Start, StillFixed, Term, Unknowns, Which,
+    Place, Quantity, Rule, SceneRule, SeenAt, Softening, Stale, Start, StillFixed, Term, Unknowns,
+    Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -1002,12 +1003,16 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             add(inertia(-1, 1, 1.0), 2, "the matrix has M⁻¹ in the place of M");
             let words = "the forces are divided by the mass, and the matrix has M";
             add(Rule::Forces(Factor::mass(-1)), 2, words);
+            let words = "the matrix is divided by the masses, and the right-hand side is not";
+            add(Rule::Forces(Factor::mass(1)), 2, words);
             for (entries, words) in [
                 (Entries::Lower, "the matrix is solved as a symmetric one, by its lower triangle"),
                 (Entries::Upper, "the matrix is solved as a symmetric one, by its upper triangle"),
                 (Entries::Transposed, "the matrix is transposed"),
                 (Entries::Diagonal, "the matrix has its diagonal alone"),
                 (Entries::OwnBlocks, "the matrix has the blocks on its diagonal alone"),
+                (Entries::LowerBlocks, "the matrix lacks the blocks above its diagonal"),
+                (Entries::UpperBlocks, "the matrix lacks the blocks below its diagonal"),
             ] {
                 add(Rule::Entries(entries), 2, words);
             }
@@ -1080,7 +1085,41 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v'/2, not x + h v'");
         }
     }
-    add(Rule::Stale, 1, "the forces are those of the step before");
+    for (positions, velocities, none_first, rank, words) in [
+        (true, true, false, 1, "the forces are those of the step before"),
+        (
+            true,
+            true,
+            true,
+            2,
+            "the forces are those of the step before, and none in the first step",
+        ),
+        (
+            false,
+            false,
+            true,
+            2,
+            "no force acts in the first step, as where forces are evaluated after their use",
+        ),
+        (true, false, false, 2, "forces are evaluated at the positions of the step before"),
+        (
+            true,
+            false,
+            true,
+            2,
+            "forces are evaluated at the positions of the step before; there are none in the first step",
+        ),
+        (false, true, false, 2, "forces are evaluated with the velocities of the step before"),
+        (
+            false,
+            true,
+            true,
+            2,
+            "forces are evaluated with the velocities of the step before; there are none in the first step",
+        ),
+    ] {
+        add(Rule::Stale(Stale { positions, velocities, none_first }), rank, words);
+    }
     let (neither, both) = ([false; 2], [true; 2]);
     let of_forces = [("the forces", true, neither, false)];
     let of_matrix = [
@@ -1143,8 +1182,22 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         }
     }
     if matches!(method, OnePoint::Explicit | OnePoint::Symplectic) {
-        let words = "each particle moves before the forces on the next are evaluated";
-        add(Rule::OneByOne, 2, words);
+        for (coordinates, moves, words) in [
+            (false, true, "each particle moves before the forces on the next are evaluated"),
+            (true, true, "each coordinate moves before the forces on the next are evaluated"),
+            (
+                false,
+                false,
+                "the velocity of each particle changes before the forces on the next are evaluated",
+            ),
+            (
+                true,
+                false,
+                "each component of the velocities changes before the forces on the next are evaluated",
+            ),
+        ] {
+            add(Rule::OneByOne { coordinates, moves }, 2, words);
+        }
         let terms: BTreeSet<Term> =
             scene.forces.iter().flat_map(|element| Term::of(element.schema)).collect();
         for term in terms.into_iter().filter(|term| term.depends_on().velocity) {
@@ -1426,6 +1479,15 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
             add(Some(implicit), effect(), 1, &words);
         }
     }
+    let first_free = scene.particles.iter().position(|particle| !particle.fixed);
+    if first_free.is_some_and(|first| scene.particles[first..].iter().any(|one| one.fixed)) {
+        let effect = || Effect::Scene(SceneRule::StillFixed(StillFixed::Leading));
+        let words = "of the fixed particles, only those before the first free one are held";
+        add(None, effect(), 1, words);
+        let words =
+            format!("{family} methods hold only the fixed particles before the first free one");
+        add(Some(implicit), effect(), 1, &words);
+    }
     for (which, name, end) in [
         (StillFixed::NotParticleFirst, "first", scene.particles.first()),
         (StillFixed::NotParticleLast, "last", scene.particles.last()),
@@ -1540,6 +1602,24 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     let solved = Hold { rows: false, columns: false, right: false, solution: true, ..HELD };
     let words = "implicit methods solve for fixed particles as for free ones, and drop their part of the solution";
     add(Some(true), rule(FixedRule::Hold(solved)), 1, words);
+    if scene.particles.iter().skip_while(|one| one.fixed).any(|one| one.fixed) {
+        for (rows, columns, what) in
+            [(true, true, "rows and columns"), (true, false, "rows"), (false, true, "columns")]
+        {
+            let hold = Hold { rows, columns, leading: true, ..HELD };
+            let words = format!(
+                "implicit methods clear {what} of the fixed particles before the first free one only"
+            );
+            add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
+        }
+    }
+    let between = Hold { between: true, ..HELD };
+    let words =
+        "implicit methods clear only blocks between two fixed particles, not those with a free one";
+    add(Some(true), rule(FixedRule::Hold(between)), 1, words);
+    let with_mass = Hold { rows: false, columns: false, between: true, ..HELD };
+    let words = format!("{words}, and keep their masses");
+    add(Some(true), rule(FixedRule::Hold(with_mass)), 1, &words);
     let massless = Hold { rows: false, columns: false, massless: true, ..HELD };
     let words = "implicit methods leave the mass of fixed particles out of the matrix";
     add(Some(true), rule(FixedRule::Hold(massless)), 2, words);
@@ -1616,6 +1696,9 @@ fn partly(all: &[Change]) -> Vec<Change> {
                 | SceneRule::RunningEdge(..),
                 Place::Force(term),
             ) => term.schema().depends_on(),
+            (SceneRule::AlsoAs(_, other), Place::Force(_)) => {
+                Term { tag: other, part: "" }.schema().depends_on()
+            }
             _ => continue,
         };
         for (quantities, what, is_there) in [
@@ -1649,6 +1732,10 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     add(reading, SceneRule::Masses(1.0), 1, "every mass is taken as 1".to_owned());
     add(reading, SceneRule::FirstMass, 2, "every mass is that of the first particle".to_owned());
     add(reading, SceneRule::LastMass, 2, "every mass is that of the last particle".to_owned());
+    for (once, rest) in [(false, "in forces as well"), (true, "in forces that of x alone")] {
+        let words = format!("masses are read as if all x came before all y, {rest}");
+        add(reading, SceneRule::MassesByAxis { once }, 2, words);
+    }
     if scene.particles.iter().any(|particle| particle.mass.fract() != 0.0) {
         add(reading, SceneRule::IntegerMasses, 2, "masses are read as integers".to_owned());
     }
@@ -1726,16 +1813,31 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         }
     }
     if scene.forces.len() > 1 {
-        for (quantities, what) in [
-            (BY_POSITION, "dF/dx of every force between particles is"),
-            (BY_VELOCITY, "dF/dv of every force between particles is"),
-            (JACOBIANS, "both Jacobians of every force between particles are"),
-        ] {
-            for (is_own, blocks) in
-                [(false, "blocks"), (true, "the blocks of a particle by itself")]
-            {
-                let words = format!("{what} assigned to {blocks}, not added");
-                add(Place::Helpers, SceneRule::AssignedByAll(quantities, is_own), 2, words);
+        let has_field = scene
+            .forces
+            .iter()
+            .any(|element| element.particles.is_empty() && element.schema.depends_on().velocity);
+        let of_forces = [(false, "every force between particles"), (true, "every force")];
+        for (fields, of) in of_forces.into_iter().filter(|(fields, _)| has_field || !fields) {
+            for (quantities, what, is) in [
+                (BY_POSITION, "dF/dx of", "is"),
+                (BY_VELOCITY, "dF/dv of", "is"),
+                (JACOBIANS, "both Jacobians of", "are"),
+            ] {
+                for (own, blocks) in
+                    [(false, "blocks"), (true, "the blocks of a particle by itself")]
+                {
+                    for is_first in [false, true] {
+                        let words = match is_first {
+                            false => format!("{what} {of} {is} assigned to {blocks}, not added"),
+                            true => format!(
+                                "{what} {of} {is} put into {blocks} that are not there yet, and not added to others"
+                            ),
+                        };
+                        let rule = SceneRule::AssignedByAll { quantities, own, is_first, fields };
+                        add(Place::Helpers, rule, 2, words);
+                    }
+                }
             }
         }
     }
@@ -1936,6 +2038,18 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                     format!("{tag} takes the number of its edge for that of {what} particle");
                 add(whole, SceneRule::EdgeAsParticle(tag, end), 2, words);
             }
+        }
+        let is_like = |other: &&'static ForceSchema| {
+            let stencil = other.stencil;
+            other.tag != tag
+                && other.exists_in(scene.dimension)
+                && (stencil.is_field() || stencil.size() == 2 && schema.stencil.size() == 2)
+                && Term::of(other).into_iter().all(|term| forms_of(term).is_some())
+        };
+        let others = simulator::force::REGISTRY.iter().map(|kind| &kind.schema);
+        for other in others.filter(is_like) {
+            let words = format!("each {tag} acts as a {} with its parameters as well", other.tag);
+            add(whole, SceneRule::AlsoAs(tag, other.tag), 2, words);
         }
         for (misread, words) in Misread::all(schema) {
             add(whole, SceneRule::Misread(tag, misread), 2, format!("{tag} {words}"));

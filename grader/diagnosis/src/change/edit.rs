@@ -3,7 +3,8 @@
 //! ```text
 //! sum        a term is left out, has the other sign, counts twice or half, or is subtracted and stands alone
 //! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse;
-//!            a projection is left out; the sum or the mean of two masses; the parentheses around a sum are missing
+//!            a projection is left out; the sum, the mean or the integer part of the product of two masses; the parentheses
+//!            around a sum are missing
 //! power      another exponent
 //! number     twice or half, one more or less
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
@@ -356,7 +357,8 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                     let product = Expression::Product(both.clone());
                     let sum = Expression::Sum(both);
                     let mean = Expression::Product(vec![Expression::Number(0.5), sum.clone()]);
-                    for new in [sum, mean] {
+                    let cut = Expression::Applied(Function::Truncated, Box::new(product.clone()));
+                    for new in [sum, mean, cut] {
                         let words = format!("has {new} in the place of {product}");
                         let whole = without(&replaced(factors, a, new), b);
                         all.push(Edit::new(Expression::Product(whole), words, 2));

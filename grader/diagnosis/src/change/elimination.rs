@@ -27,6 +27,10 @@ pub enum Slip {
     LastTerm,
     /// Back substitution does not divide by the diagonal.
     Undivided,
+    /// Back substitution reads the entries below the diagonal, as the elimination leaves them.
+    Below,
+    /// Back substitution subtracts no other unknown.
+    Alone,
     /// The last unknown stays zero.
     LastUnknown,
     /// The first unknown stays zero.
@@ -69,7 +73,7 @@ impl Slip {
         plain.chain(SWEEPS.into_iter().flat_map(of)).collect()
     }
 
-    const PLAIN: [(Self, &'static str); 13] = [
+    const PLAIN: [(Self, &'static str); 15] = [
         (Self::LastRow, "the elimination leaves out the last row"),
         (Self::LastColumn, "the elimination leaves out the last column"),
         (Self::RightKept, "the elimination does not change the right-hand side"),
@@ -77,6 +81,11 @@ impl Slip {
         (Self::NextUnknown, "back substitution leaves out the unknown next to the diagonal"),
         (Self::LastTerm, "back substitution leaves out the last unknown in the other rows"),
         (Self::Undivided, "back substitution does not divide by the diagonal"),
+        (
+            Self::Below,
+            "back substitution reads entries of the column below the diagonal in the place of those of the row",
+        ),
+        (Self::Alone, "back substitution subtracts no other unknown"),
         (Self::LastUnknown, "back substitution leaves the last unknown 0"),
         (Self::FirstUnknown, "back substitution leaves the first unknown 0"),
         (Self::Single, "the matrix and the right-hand side are rounded to single precision"),
@@ -118,7 +127,9 @@ impl Slip {
                 if self == Self::PositiveFactor {
                     factor = factor.abs();
                 }
-                for column in pivot..without(Self::LastColumn) {
+                // Entries below the diagonal are left, where nothing reads them.
+                let first = pivot + usize::from(self == Self::Below);
+                for column in first..without(Self::LastColumn) {
                     matrix[(row, column)] -= factor * matrix[(pivot, column)];
                 }
                 if self != Self::RightKept {
@@ -132,7 +143,11 @@ impl Slip {
             let next = row + 1 + usize::from(self == Self::NextUnknown);
             let mut rest = right[row];
             for column in next..without(Self::LastTerm) {
-                rest -= matrix[(row, column)] * unknowns[column];
+                rest -= match self {
+                    Self::Below => matrix[(column, row)],
+                    Self::Alone => 0.0,
+                    _ => matrix[(row, column)],
+                } * unknowns[column];
             }
             let divisor = if self == Self::Undivided { 1.0 } else { matrix[(row, row)] };
             unknowns[row] = rest / divisor;

@@ -85,6 +85,8 @@ pub enum Function {
     AtMost(f64),
     /// `max(x, c)`.
     AtLeast(f64),
+    /// The integer part.
+    Truncated,
     /// Of a vector: each component multiplied by its size.
     BySize,
     /// Of a vector: its length.
@@ -303,6 +305,8 @@ impl Expression {
                 values.reduce(Value::times).unwrap_or(Value::Number(1.0))
             }
             Self::Power(base, exponent) => match base.value(at) {
+                // Programs leave out what they would divide by 0.
+                Value::Number(base) if base == 0.0 && *exponent < 0 => Value::Number(0.0),
                 Value::Number(base) => Value::Number(base.powi(*exponent)),
                 _ => Value::INVALID,
             },
@@ -326,6 +330,7 @@ impl Expression {
             }
             Self::Applied(function, inner) => match (function, inner.value(at)) {
                 (Function::Size, Value::Vector(x)) => Value::Number(x.norm()),
+                (Function::Truncated, Value::Number(x)) => Value::Number(x.trunc()),
                 (Function::Absolute, Value::Number(x)) => Value::Number(x.abs()),
                 (Function::Positive, Value::Number(x)) => Value::Number(x.max(0.0)),
                 (Function::Negative, Value::Number(x)) => Value::Number(x.min(0.0)),
@@ -381,6 +386,7 @@ impl Expression {
             },
             Self::Applied(function, inner) => {
                 match (function, inner.value(at), inner.derivative(at, along)) {
+                    (Function::Truncated, Value::Number(_), Value::Number(_)) => Value::Number(0.0),
                     (Function::Absolute, Value::Number(x), Value::Number(change)) => {
                         Value::Number(x.signum() * change)
                     }
@@ -518,6 +524,7 @@ impl fmt::Display for Expression {
             Self::Dot(a, b) => write!(f, "{}·{}", inner(a), inner(b)),
             Self::Outer(a, b) => write!(f, "{} {}ᵀ", inner(a), inner(b)),
             Self::Transposed(matrix) => write!(f, "({matrix})ᵀ"),
+            Self::Applied(Function::Truncated, x) => write!(f, "the integer part of {x}"),
             Self::Applied(Function::Absolute, x) => write!(f, "|{x}|"),
             Self::Applied(Function::Positive, x) => write!(f, "max({x}, 0)"),
             Self::Applied(Function::Negative, x) => write!(f, "min({x}, 0)"),

@@ -702,6 +702,10 @@ pub enum Entries {
     Diagonal,
     /// Those in the blocks of one particle.
     OwnBlocks,
+    /// Those in blocks on and below the diagonal.
+    LowerBlocks,
+    /// Those in blocks on and above the diagonal.
+    UpperBlocks,
 }
 
 /// A rule of an integrator.
@@ -778,7 +782,7 @@ pub enum Rule {
     /// Positions move with the new velocity, which is lost then.
     Lost,
     /// Forces of the step before.
-    Stale,
+    Stale(Stale),
     /// The Jacobians of the step before; none in the first step.
     StaleJacobians,
     /// What is kept from step to step.
@@ -812,8 +816,13 @@ pub enum Rule {
         /// The number of iterations.
         iterations: usize,
     },
-    /// Each particle moves before the forces on the next are evaluated.
-    OneByOne,
+    /// Forces are evaluated anew for each of these, when those before it are updated already.
+    OneByOne {
+        /// Each coordinate; otherwise each particle.
+        coordinates: bool,
+        /// Positions are updated with the velocities; otherwise after all of them.
+        moves: bool,
+    },
     /// `x' = x + h^power (a v + b v')`.
     Position {
         /// `a`.
@@ -840,6 +849,17 @@ pub enum Rule {
     Repeated(u32),
     /// This many steps of the same method in the place of one.
     Substeps(u32),
+}
+
+/// Values of the step before at which forces are evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stale {
+    /// Positions.
+    pub positions: bool,
+    /// Velocities.
+    pub velocities: bool,
+    /// There is no force in the first step.
+    pub none_first: bool,
 }
 
 /// A state that is not the one at which forces should be evaluated.
@@ -1002,6 +1022,10 @@ pub struct Hold {
     pub of_right: Unknowns,
     /// Whether the mass is removed from the diagonal.
     pub massless: bool,
+    /// Whether only blocks between two fixed particles are cleared.
+    pub between: bool,
+    /// Whether rows and columns are those of the fixed particles before the first free one.
+    pub leading: bool,
     /// Whether their part of the solution is cleared.
     pub solution: bool,
 }
@@ -1156,6 +1180,8 @@ pub enum StillFixed {
     First,
     /// The last of them.
     Last,
+    /// Those before the first free particle.
+    Leading,
     /// Those other than the first particle of the scene.
     NotParticleFirst,
     /// Those other than the last particle of the scene.
@@ -1171,6 +1197,13 @@ pub enum SceneRule {
     FirstMass,
     /// Every mass is the last particle's.
     LastMass,
+    /// A list of masses with one for each coordinate has all particles for x, then all for y.
+    MassesByAxis {
+        /// Forces read one for all axes.
+        once: bool,
+    },
+    /// Each element of a force is one of another force as well, with the same parameters in their order.
+    AlsoAs(&'static str, &'static str),
     /// The time step is this.
     TimeStep(f64),
     /// The time step is at most this.
@@ -1243,9 +1276,17 @@ pub enum SceneRule {
     Assigned(&'static str, Quantity, bool),
     /// The same of the diagonal entries alone.
     AssignedDiagonal(&'static str, Quantity),
-    /// The blocks of an element's Jacobians overwrite those of elements of all forces before it; those of each particle by
-    /// itself alone, if so.
-    AssignedByAll(&'static [Quantity], bool),
+    /// Of several contributions to one block of the Jacobians, one is left.
+    AssignedByAll {
+        /// Which Jacobians.
+        quantities: &'static [Quantity],
+        /// Only the blocks of each particle by itself.
+        own: bool,
+        /// The first contribution is left; otherwise the last.
+        is_first: bool,
+        /// Those of fields count as well.
+        fields: bool,
+    },
     /// The same of the blocks between the two particles alone, in this order.
     AssignedCross(&'static str, Quantity, Order),
     /// The same of the block of the particle at this place by itself, or of one entry of it.

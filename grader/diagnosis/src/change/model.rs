@@ -19,8 +19,8 @@ use super::rounds::{Rounds, is_of_rounds};
 use super::{
     Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess,
     Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Order, Particles, Place,
-    Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Start, StillFixed, Term, Unknowns,
-    Which,
+    Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Stale, Start, StillFixed, Term,
+    Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -170,7 +170,7 @@ pub(super) struct Rules {
     pub(super) entries: Entries,
     pub(super) forces_at: Option<f64>,
     pub(super) jacobians_at: [Option<f64>; 2],
-    pub(super) stale: bool,
+    pub(super) stale: Option<Stale>,
     pub(super) stale_jacobians: bool,
     /// Entries of the blocks of Jacobians in the matrix.
     pub(super) blocks: Option<Axes>,
@@ -200,7 +200,8 @@ pub(super) struct Rules {
     pub(super) along: Option<(usize, Factor)>,
     pub(super) kept: Option<Kept>,
     pub(super) slip: Option<Slip>,
-    pub(super) one_by_one: bool,
+    /// Coordinates updated at a time, where forces are evaluated anew for the next, and whether their positions are as well.
+    pub(super) one_by_one: Option<(usize, bool)>,
     /// A factor of `h² ∂F/∂x v` on the right-hand side.
     pub(super) stiff_right: Option<Factor>,
     /// The factor of the old velocity.
@@ -236,6 +237,8 @@ pub struct Model {
     pub(super) substeps: u32,
     /// Masses, one a coordinate.
     pub(super) mass: Vec<f64>,
+    /// Whether the mass of coordinate `r` is read as that of particle `r` modulo their number, and by forces for x alone.
+    masses_by_axis: Option<bool>,
     /// Whether a coordinate is a fixed particle's.
     pub(super) fixed: Vec<bool>,
     /// `None`: a method of [`Model::several`], or one that cannot be stepped here.
@@ -273,6 +276,8 @@ pub(super) const HELD: Hold = Hold {
     unknowns: Unknowns::Own,
     of_right: Unknowns::Own,
     massless: false,
+    between: false,
+    leading: false,
     solution: false,
 };
 
@@ -295,6 +300,10 @@ impl Model {
                 read_wrongly(&mut scene, rule);
             }
         }
+        let masses_by_axis = changes.iter().find_map(|change| match change.effect {
+            Effect::Scene(SceneRule::MassesByAxis { once }) => Some(once),
+            _ => None,
+        });
         let dimension = scene.dimension.count();
         let each = || scene.particles.iter().flat_map(|particle| vec![particle; dimension]);
         let (mass, fixed) = (
@@ -317,7 +326,7 @@ impl Model {
             entries: Entries::All,
             forces_at: None,
             jacobians_at: [None; 2],
-            stale: false,
+            stale: None,
             stale_jacobians: false,
             blocks: None,
             unmoved: [false; 2],
@@ -334,7 +343,7 @@ impl Model {
             along: None,
             kept: None,
             slip: None,
-            one_by_one: false,
+            one_by_one: None,
             stiff_right: None,
             old: 1.0,
             diagonal: 0.0,
@@ -354,6 +363,7 @@ impl Model {
             doubled: false,
         };
         let mut model = Self {
+            masses_by_axis,
             dimension,
             h: scene.time_step,
             substeps: 1,
@@ -370,6 +380,10 @@ impl Model {
             helper: None,
             scene,
         };
+        if masses_by_axis.is_some() {
+            let by_axis = |dof: usize| model.mass_at(dof);
+            model.mass = (0..model.mass.len()).map(by_axis).collect();
+        }
         let part = match Method::of(model.scene.integrator.equation) {
             Method::Backward { linearized: false, part } => Some(part),
             Method::Differences { repeated } => Some(1.0 - repeated),
@@ -401,6 +415,14 @@ impl Model {
         }
         model.factorise();
         model
+    }
+
+    /// The mass that a program reads for a coordinate.
+    fn mass_at(&self, dof: usize) -> f64 {
+        let count = self.scene.particles.len();
+        let particle =
+            if self.masses_by_axis.is_some() { dof % count } else { dof / self.dimension };
+        self.scene.particles[particle].mass
     }
 
     /// Whether its steps can be taken.
@@ -584,7 +606,7 @@ impl Model {
             Rule::PositionsFirst => {
                 (rules.position, rules.forces_at) = (Some([1.0, 0.0, 1.0]), Some(1.0));
             }
-            Rule::Stale => rules.stale = true,
+            Rule::Stale(stale) => rules.stale = Some(stale),
             Rule::StaleJacobians => rules.stale_jacobians = true,
             Rule::Blocks(axes) => rules.blocks = Some(axes),
             Rule::Unmoved { positions, velocities } => {
@@ -623,7 +645,10 @@ impl Model {
                     rules.kept = Some(kept);
                 }
             }
-            Rule::OneByOne => rules.one_by_one = true,
+            Rule::OneByOne { coordinates, moves } => {
+                let size = if coordinates { 1 } else { self.dimension };
+                rules.one_by_one = Some((size, moves));
+            }
             Rule::Position { old, new, h } => {
                 rules.position = Some([old, new, f64::from(h)]);
             }
@@ -781,7 +806,12 @@ impl Model {
                     }
                     Entries::Diagonal if row != column => continue,
                     Entries::OwnBlocks if row / axes != column / axes => continue,
-                    Entries::Diagonal | Entries::OwnBlocks => false,
+                    Entries::LowerBlocks if row / axes < column / axes => continue,
+                    Entries::UpperBlocks if row / axes > column / axes => continue,
+                    Entries::Diagonal
+                    | Entries::OwnBlocks
+                    | Entries::LowerBlocks
+                    | Entries::UpperBlocks => false,
                 };
                 add(row, column, value);
                 if is_mirrored {
@@ -856,6 +886,15 @@ impl Model {
                     let read = pair.map(|one| (one + axis).min(last) / self.dimension);
                     let inputs = self.inputs(model, element, pair, [x, v], None);
                     let masses = read.map(|particle| self.scene.particles[particle].mass);
+                    formula.value(&Inputs { masses, ..inputs }).vector()[axis]
+                }),
+                None if self.masses_by_axis == Some(false) => Vector3::from_fn(|axis, _| {
+                    let axis = axis.min(self.dimension - 1);
+                    let inputs = self.inputs(model, element, pair, [x, v], None);
+                    let masses = match element.particles.is_empty() {
+                        true => pair.map(|one| self.mass_at(one * self.dimension + axis)),
+                        false => inputs.masses,
+                    };
                     formula.value(&Inputs { masses, ..inputs }).vector()[axis]
                 }),
                 masses => of(pair, masses),
@@ -941,9 +980,8 @@ impl Model {
         let Some(formula) = &evaluation.formula else { return };
         for element in model.elements_of(quantity) {
             let of = |pair: [usize; 2]| {
-                formula
-                    .value(&self.inputs(model, element, pair, [x, v], evaluation.masses))
-                    .matrix()
+                let inputs = self.inputs(model, element, pair, [x, v], evaluation.masses);
+                formula.value(&inputs).matrix()
             };
             if let [i, j] = element.particles[..] {
                 let block = of([i, j]);
@@ -1142,7 +1180,7 @@ impl Model {
         };
         Inputs {
             parameters: element.parameters.clone(),
-            masses: [i, j].map(|particle| self.scene.particles[mass_of(particle)].mass),
+            masses: [i, j].map(|particle| self.mass_at(mass_of(particle) * self.dimension)),
             h: self.scene.time_step,
             d,
             v: [read(v, i, Coordinates::Velocities(0)), read(v, j, Coordinates::Velocities(1))],
@@ -1260,11 +1298,23 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
             | SceneRule::AssignedCross(tag, ..)
             | SceneRule::Scattered(tag)
             | SceneRule::AssignedOwn(tag, ..) => Some(tag),
-            SceneRule::AssignedByAll(..) => None,
+            SceneRule::AssignedByAll { .. } => None,
             _ => continue,
         };
         for (number, element) in scene.forces.iter().enumerate() {
             if of.is_some_and(|tag| element.schema.tag != tag) {
+                continue;
+            }
+            if let SceneRule::AssignedByAll { quantities, own, is_first: true, fields } = rule {
+                let is_put = |other: &&ForceElement| fields || !other.particles.is_empty();
+                for quantity in quantities.iter().filter(|_| is_put(&element)) {
+                    let has_it = |other: &&ForceElement| depends_on(other, *quantity);
+                    let before = scene.forces[..number].iter().filter(is_put).filter(has_it);
+                    let mut blocks: Vec<_> = before.flat_map(|one| blocks_of(scene, one)).collect();
+                    blocks.retain(|[row, column]| !own || row == column);
+                    let place = usize::from(*quantity == Quantity::ByVelocity);
+                    all[number].blocks[place].extend(whole(blocks));
+                }
                 continue;
             }
             let order = match rule {
@@ -1299,9 +1349,11 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                 SceneRule::Assigned(_, quantity, _) => {
                     (&[quantity], whole(blocks_of(scene, element)))
                 }
-                SceneRule::AssignedByAll(quantities, is_own) if !element.particles.is_empty() => {
+                SceneRule::AssignedByAll { quantities, own, is_first: false, fields }
+                    if fields || !element.particles.is_empty() =>
+                {
                     let mut blocks = blocks_of(scene, element);
-                    blocks.retain(|[row, column]| !is_own || row == column);
+                    blocks.retain(|[row, column]| !own || row == column);
                     (quantities, whole(blocks))
                 }
                 SceneRule::AssignedCross(_, quantity, _) => {
@@ -1323,8 +1375,7 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
             };
             for quantity in quantities {
                 let place = usize::from(*quantity == Quantity::ByVelocity);
-                let depends_on = element.schema.depends_on();
-                if [depends_on.position, depends_on.velocity][place] {
+                if depends_on(element, *quantity) {
                     before.iter_mut().for_each(|lost| lost.blocks[place].extend(&blocks));
                 }
             }
@@ -1344,6 +1395,11 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
         }
     }
     all
+}
+
+/// Whether a force has such a Jacobian.
+fn depends_on(element: &ForceElement, quantity: Quantity) -> bool {
+    Term { tag: element.schema.tag, part: "" }.has(quantity)
 }
 
 /// Each without a component or entry of its own.
@@ -1412,14 +1468,6 @@ fn blocks_of(scene: &Scene, element: &ForceElement) -> Vec<[usize; 2]> {
 
 fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
     let lost = lost(scene, changes);
-    let mut terms: Vec<Term> = Vec::new();
-    for element in &scene.forces {
-        for term in Term::of(element.schema) {
-            if !terms.contains(&term) {
-                terms.push(term);
-            }
-        }
-    }
     // A part before the last of its force, where each part is assigned.
     let is_overwritten = |term: Term, place: usize| {
         let quantity = [Quantity::ByPosition, Quantity::ByVelocity][place];
@@ -1439,6 +1487,15 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
         }
         _ => None,
     });
+    let of_others = partly.iter().flat_map(|(_, read)| &read.forces);
+    let mut terms: Vec<Term> = Vec::new();
+    for element in scene.forces.iter().chain(of_others) {
+        for term in Term::of(element.schema) {
+            if !terms.contains(&term) {
+                terms.push(term);
+            }
+        }
+    }
     let model = |term: Term| {
         let of_it = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
         let elements = scene.forces.iter().zip(&lost).enumerate();
@@ -1852,16 +1909,19 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         | SceneRule::Assigned(..)
         | SceneRule::AssignedDiagonal(..)
         | SceneRule::AssignedCross(..)
-        | SceneRule::AssignedByAll(..)
+        | SceneRule::AssignedByAll { .. }
+        | SceneRule::MassesByAxis { .. }
         | SceneRule::Scattered(_)
         | SceneRule::AssignedOwn(..) => {}
         SceneRule::StillFixed(which) => {
             let fixed = |particle: &scene::Particle| particle.fixed;
             let [first, last] =
                 [scene.particles.iter().position(fixed), scene.particles.iter().rposition(fixed)];
+            let first_free = scene.particles.iter().position(|particle| !particle.fixed);
             let end = scene.particles.len() - 1;
             for (number, particle) in scene.particles.iter_mut().enumerate() {
                 particle.fixed &= match which {
+                    StillFixed::Leading => first_free.is_none_or(|free| number < free),
                     StillFixed::First => Some(number) == first,
                     StillFixed::Last => Some(number) == last,
                     StillFixed::NotParticleFirst => number != 0,
@@ -1930,6 +1990,20 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         }
         SceneRule::Unfixed => {
             scene.particles.iter_mut().for_each(|particle| particle.fixed = false);
+        }
+        SceneRule::AlsoAs(tag, other) => {
+            let Some(schema) = simulator::vocabulary().force(other) else { return };
+            let also = |element: &ForceElement| {
+                let particles: &[usize] =
+                    if schema.stencil.is_field() { &[] } else { &element.particles };
+                let mut parameters = schema.zeros();
+                let pairs = parameters.iter_mut().zip(&element.parameters);
+                pairs.for_each(|(new, old)| *new = *old);
+                ForceElement::new(schema, particles, element.edge, parameters)
+            };
+            let more: Vec<ForceElement> =
+                scene.forces.iter().filter(|element| of(tag)(element)).map(also).collect();
+            scene.forces.extend(more);
         }
         SceneRule::Unjoined => {
             let Scene { particles, forces, .. } = scene;

@@ -33,7 +33,7 @@ impl Rule {
             VelocityJacobianPoint,
         };
         match self {
-            Self::ForcesAt(_) | Self::Stale => vec![ForcePoint],
+            Self::ForcesAt(_) | Self::Stale(_) => vec![ForcePoint],
             Self::JacobiansAt([by_position, by_velocity], _) => {
                 let both =
                     [(by_position, PositionJacobianPoint), (by_velocity, VelocityJacobianPoint)];

@@ -16,7 +16,9 @@ use scene::trace::State;
 use super::gate::Measure;
 use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
-use super::{Change, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Start, Term, Unknowns};
+use super::{
+    Change, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Stale, Start, Term, Unknowns,
+};
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
 /// A step of implicit Euler whose Newton iteration needs more than this is not reproducible: where it ends depends on
@@ -152,14 +154,16 @@ impl Model {
         let old = state.clone();
         let mut converged = true;
         match self.method {
-            Some(OnePoint::Explicit | OnePoint::Symplectic) if self.rules.one_by_one => {
-                self.one_by_one(time, state);
-                self.fix(&old, state);
-                return Some(true);
-            }
-            Some(OnePoint::Explicit | OnePoint::Symplectic) => {
-                self.kick(memory, time, earlier, &old, state);
-            }
+            Some(OnePoint::Explicit | OnePoint::Symplectic) => match self.rules.one_by_one {
+                Some((size, moves)) => {
+                    self.one_by_one(time, state, size, moves);
+                    if moves {
+                        self.fix(&old, state);
+                        return Some(true);
+                    }
+                }
+                None => self.kick(memory, time, earlier, &old, state),
+            },
             Some(OnePoint::Linearized | OnePoint::Implicit) => {
                 converged = self.solve(memory, time, earlier, &old, state)?;
             }
@@ -277,18 +281,20 @@ impl Model {
         self.fixed[dof] && self.fixed_rules.stand
     }
 
-    /// A step of an explicit method, particle by particle.
-    fn one_by_one(&self, time: f64, state: &mut State) {
-        for first in (0..self.mass.len()).step_by(self.dimension) {
+    /// A step of an explicit method, so many coordinates at a time; the velocities alone unless it moves.
+    fn one_by_one(&self, time: f64, state: &mut State, size: usize, moves: bool) {
+        for first in (0..self.mass.len()).step_by(size) {
             let force = self.force(&Point::new(&state.positions, &state.velocities, time));
-            for (dof, force) in force.iter().enumerate().skip(first).take(self.dimension) {
+            for (dof, force) in force.iter().enumerate().skip(first).take(size) {
                 let old = state.velocities[dof];
                 let [of_old, of_new] = self.position_rule(dof);
                 if !self.is_held(dof) {
                     let given = self.force_coefficient(dof) * force;
                     state.velocities[dof] += given / self.mass[dof];
                 }
-                state.positions[dof] += of_old * old + of_new * state.velocities[dof];
+                if moves {
+                    state.positions[dof] += of_old * old + of_new * state.velocities[dof];
+                }
             }
         }
     }
@@ -306,7 +312,9 @@ impl Model {
         if let Some(term) = self.reads_given() {
             at.given = self.given_by_others(&at, term);
         }
-        let mut force = memory.force(self.rules.kept, self.force(&at));
+        let force =
+            if self.has_no_force(earlier) { vec![0.0; at.x.len()] } else { self.force(&at) };
+        let mut force = memory.force(self.rules.kept, force);
         self.gate(&at, &mut force);
         self.copy_forces(&mut force);
         for (dof, velocity) in state.velocities.iter_mut().enumerate() {
@@ -331,11 +339,22 @@ impl Model {
     /// Where forces are evaluated, at the velocities `u`.
     fn force_point(&self, time: f64, earlier: Option<&State>, old: &State, u: &[f64]) -> Point {
         let standard = if self.is_implicit() { 1.0 } else { 0.0 };
-        let of = if self.rules.stale { earlier.unwrap_or(old) } else { old };
-        let u = if self.rules.stale { &of.velocities } else { u };
-        let mut at = self.point(time, of, u, self.rules.forces_at.unwrap_or(standard));
+        let at = self.rules.forces_at.unwrap_or(standard);
+        let mut at = match (self.rules.stale, earlier) {
+            (Some(Stale { positions, velocities, .. }), Some(earlier)) => {
+                let read = |is_of_earlier: bool| if is_of_earlier { earlier } else { old };
+                let u = if velocities { &earlier.velocities } else { u };
+                self.point(time, read(positions), u, at)
+            }
+            _ => self.point(time, old, u, at),
+        };
         at.v.iter_mut().for_each(|v| *v *= self.rules.seen[0]);
         self.with_others(at, earlier)
+    }
+
+    /// Whether forces are those of a step before that there is not.
+    fn has_no_force(&self, earlier: Option<&State>) -> bool {
+        earlier.is_none() && self.rules.stale.is_some_and(|stale| stale.none_first)
     }
 
     /// `x + c h u`.
@@ -530,7 +549,8 @@ impl Model {
     ) -> Option<Vec<f64>> {
         let kept = self.rules.kept;
         let at = self.force_point(time, earlier, old, u);
-        let mut force = memory.force(kept, self.force(&at));
+        let force = if self.has_no_force(earlier) { vec![0.0; u.len()] } else { self.force(&at) };
+        let mut force = memory.force(kept, force);
         self.gate(&at, &mut force);
         self.copy_forces(&mut force);
         let size = u.len();
@@ -659,7 +679,18 @@ impl Model {
             if is_right {
                 of(particle, hold.of_right).for_each(|dof| right[dof] = 0.0);
             }
-            for dof in of(particle, hold.unknowns) {
+            if hold.between {
+                for (row, column) in self.between_fixed(particle) {
+                    matrix[(row, column)] = match (row == column, rows) {
+                        (true, true) => 1.0,
+                        (true, false) => self.mass[row].powi(self.rules.inertia_matrix),
+                        (false, _) => 0.0,
+                    };
+                }
+                continue;
+            }
+            let is_left = hold.leading && self.scene.particles[..particle].iter().any(|p| !p.fixed);
+            for dof in of(particle, hold.unknowns).filter(|_| !is_left) {
                 if rows {
                     matrix.row_mut(dof).fill(0.0);
                 }
@@ -674,6 +705,13 @@ impl Model {
                 }
             }
         }
+    }
+
+    /// Rows of a fixed particle with the columns of all fixed ones.
+    fn between_fixed(&self, particle: usize) -> impl Iterator<Item = (usize, usize)> + use<'_> {
+        let rows = particle * self.dimension..(particle + 1) * self.dimension;
+        let columns = || (0..self.fixed.len()).filter(|column| self.fixed[*column]);
+        rows.flat_map(move |row| columns().map(move |column| (row, column)))
     }
 
     /// The velocities of fixed particles.
@@ -747,6 +785,7 @@ impl Model {
         };
         let earlier = sample.earlier.as_ref();
         match quantity {
+            Quantity::Force if self.has_no_force(earlier) => None,
             Quantity::Force => Some(self.force_point(time, earlier, old, u)),
             _ => self.jacobian_point(quantity, time, earlier, old, u),
         }
@@ -879,8 +918,8 @@ impl Model {
             delta.iter_mut().zip(&self.mass).for_each(|(delta, mass)| *delta /= mass);
         }
         let mut value = match self.rules.one_by_one {
-            true => self.value_one_by_one(model, &at, &sample.after),
-            false => self.value(model, read, &at, &delta),
+            Some((size, moves)) => self.value_one_by_one(model, &at, &sample.after, size, moves),
+            None => self.value(model, read, &at, &delta),
         };
         for (dof, value) in value.iter_mut().enumerate() {
             let mass = self.mass[dof];
@@ -899,14 +938,23 @@ impl Model {
         value
     }
 
-    /// The forces of a term on each particle, where those before it are at the end of the step.
-    fn value_one_by_one(&self, model: &TermModel, at: &Point, after: &State) -> Vec<f64> {
+    /// The forces of a term, so many coordinates at a time, where those before are at the end of the step.
+    fn value_one_by_one(
+        &self,
+        model: &TermModel,
+        at: &Point,
+        after: &State,
+        size: usize,
+        moves: bool,
+    ) -> Vec<f64> {
         let mut at = at.clone();
         let mut all = Vec::with_capacity(at.x.len());
-        for first in (0..at.x.len()).step_by(self.dimension) {
-            let next = first..first + self.dimension;
+        for first in (0..at.x.len()).step_by(size) {
+            let next = first..first + size;
             all.extend(&self.value(model, Quantity::Force, &at, &[])[next.clone()]);
-            at.x[next.clone()].copy_from_slice(&after.positions[next.clone()]);
+            if moves {
+                at.x[next.clone()].copy_from_slice(&after.positions[next.clone()]);
+            }
             at.v[next.clone()].copy_from_slice(&after.velocities[next]);
         }
         all

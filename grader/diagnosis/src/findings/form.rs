@@ -64,6 +64,8 @@ pub(super) enum Kind {
     Times,
     Late,
     VelocitiesLate,
+    /// `m v` in the place of each velocity.
+    Momenta,
     SingleBytes,
     InitialVelocity,
     FixedStopped,
@@ -110,6 +112,7 @@ impl fmt::Display for Kind {
             Self::Times => "the times are not multiples of dt",
             Self::Late => "each state is written one step late",
             Self::VelocitiesLate => "the velocities are those of the step before",
+            Self::Momenta => "m v stands in the place of each velocity",
             Self::SingleBytes => "4-byte numbers instead of 8-byte ones",
             Self::InitialVelocity => "initial velocities are not read",
             Self::FixedStopped => "their velocities are set to 0",
@@ -168,6 +171,7 @@ impl Kind {
             | Self::Zeros
             | Self::Late
             | Self::VelocitiesLate
+            | Self::Momenta
             | Self::SingleBytes => Feature::Output,
         })
     }
@@ -416,6 +420,12 @@ fn in_order(
     if same(position, &expected[..axes]) && velocity.iter().all(|v| *v == 0.0) {
         let fixed = scene.particles.get(particle).is_some_and(|particle| particle.fixed);
         return Some(if fixed { Kind::FixedStopped } else { Kind::InitialVelocity });
+    }
+    let mass = scene.particles.get(particle).map_or(1.0, |particle| particle.mass);
+    let momentum: Vec<f64> = expected[axes..].iter().map(|v| mass * v).collect();
+    let is_momentum = same(position, &expected[..axes]) && same(velocity, &momentum);
+    if is_momentum && !matches!(origin(judged), Origin::Read) {
+        return Some(Kind::Momenta);
     }
     if next.is_some_and(|next| same(got, &next.expected)) {
         return Some(Kind::InitialMissing);

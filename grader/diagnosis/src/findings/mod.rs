@@ -383,8 +383,8 @@ fn exceptions(
     cause.unexplained.iter().filter(|number| !is_excused(number)).copied().collect()
 }
 
-/// Whether a cause is not said unless it is proven: one with a number, one that explains the fewer scenes, or one that explains
-/// less than three times as many as speak against it. Of a method, all others do; of a force or of all methods, those that have
+/// Whether a cause is not said unless it is proven: one with a number, one that explains less than twice as many scenes as it
+/// leaves, or less than three times as many as speak against it. Of a method, all others do; of a force or of all methods, those that have
 /// nothing else in them.
 fn is_vague(
     cause: &Cause,
@@ -400,7 +400,7 @@ fn is_vague(
     };
     let explained = cause.scenes.len();
     cause.change().rank >= limits.far_fetched
-        || explained <= exceptions.len()
+        || explained < 2 * exceptions.len()
         || explained < 3 * exceptions.iter().filter(is_against).count()
 }
 

@@ -34,6 +34,8 @@ enum Undo {
     Missing,
     /// The velocities are those of the step before.
     VelocitiesLate,
+    /// Each velocity is multiplied by the mass.
+    Momenta,
     /// Positions and velocities of the first state, in the place of the scene's.
     Start,
     /// The same, and masses in single precision; parameters of forces and the time step as well, if so.
@@ -154,6 +156,7 @@ impl Undo {
             Kind::Late => vec![Self::Late],
             Kind::InitialMissing => vec![Self::Missing],
             Kind::VelocitiesLate => vec![Self::VelocitiesLate],
+            Kind::Momenta => vec![Self::Momenta],
             Kind::InitialVelocity
             | Kind::FixedStopped
             | Kind::InitialState
@@ -182,6 +185,12 @@ impl Undo {
                     .iter_mut()
                     .flat_map(|state| state.positions.iter_mut().chain(&mut state.velocities));
                 numbers.for_each(|value| *value = -*value);
+            }
+            Self::Momenta => {
+                for state in &mut states {
+                    let each = state.velocities.chunks_mut(axes).zip(&scene.particles);
+                    each.for_each(|(v, one)| v.iter_mut().for_each(|v| *v /= one.mass));
+                }
             }
             Self::Late => drop(states.drain(..1)),
             Self::Missing => {

@@ -154,7 +154,9 @@ pub(super) fn of_scene(
             for (above, factor) in
                 [true, false].into_iter().flat_map(|above| FACTORS.map(|f| (above, f)))
             {
-                if !pieces.allowed(place, above, factor, false).is_empty() {
+                // All elements of a scene may have a parameter that singles them out, as other scenes show.
+                let with_all = matches!(measure, Measure::Parameter(..)) && base.is_wrong();
+                if !pieces.allowed(place, above, factor, with_all).is_empty() {
                     rules.push(Rule { subject, measure, above, factor });
                 }
             }

@@ -288,6 +288,13 @@ impl<'a> Base<'a> {
         self.model.effect(change, sample, parts).map(|(_, effect)| effect)
     }
 
+    /// Whether some residual does not vanish.
+    pub(super) fn is_wrong(&self) -> bool {
+        let is_off =
+            |(residual, bound): &(Vec<f64>, f64)| residual.iter().any(|r| r.abs() > *bound);
+        self.residuals.iter().any(is_off)
+    }
+
     /// Each sample with its residual and the bound of that.
     pub(super) fn each(&self) -> impl Iterator<Item = (&Sample, &(Vec<f64>, f64))> {
         self.samples.iter().map(|evidence| &evidence.sample).zip(&self.residuals)

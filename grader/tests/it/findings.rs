@@ -802,23 +802,6 @@ fn a_mistake_of_a_method_that_leaves_two_fifths_of_its_scenes_wrong_is_not_said(
 }
 
 #[test]
-fn forces_with_masses_are_not_to_be_looked_at_beside_masses_read_wrongly() {
-    let method = "linearized-implicit-euler";
-    let words = format!(
-        "{method}: masses are read as if all x came before all y, forces and velocities are not"
-    );
-    let change = [candidate(&words)];
-    let found = findings_of(|scene| {
-        let states = states(scene, &change);
-        let is_wrong = scene.integrator.name != method && has_force(scene, "gravitationalforce");
-        if is_wrong { disturbed(states) } else { states }
-    });
-    assert!(found.iter().any(|finding| finding.words == [words.as_str()]), "{found:#?}");
-    let force = Feature::Force(Part::All("gravitationalforce"));
-    assert!(!found.iter().any(|finding| finding.features.contains(&force)), "{found:#?}");
-}
-
-#[test]
 fn jacobians_of_a_force_that_is_wrong_are_not_to_be_looked_at_alone() {
     let change = [candidate("gravitationalforce lacks the factor m_i")];
     let found = findings_of(|scene| {

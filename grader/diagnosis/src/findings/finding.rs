@@ -75,6 +75,11 @@ impl Finding {
         Self { kind, features, words, scenes, open: 0, unexplained: 0, example: None }
     }
 
+    /// Whether it is about the scene of this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.scenes.iter().any(|one| one == name)
+    }
+
     /// Adds the scenes that it has not yet.
     pub(super) fn add_scenes(&mut self, scenes: Vec<String>) {
         for scene in scenes {

@@ -212,7 +212,7 @@ impl Findings {
                 None => to_look_at.push(finding),
             }
         }
-        say_less(&mut to_look_at, &causes);
+        say_less(&mut to_look_at, &causes, &scenes);
         list.extend(to_look_at);
         list.extend(shared.into_iter().map(|shared| shared.finding));
         list.extend(ends(&scenes));
@@ -358,7 +358,8 @@ fn is_lack(cause: &Cause, causes: &[Cause]) -> bool {
 }
 
 /// Wrong scenes in which a cause acts, and that neither it nor another finding explains. A scene is explained where
-/// something stands out that no right scene has, other than what the cause is about. Newton's method ends nearly alike by most
+/// something stands out that no right scene has, other than what the cause is about, or where most scenes of its method are wrong in
+/// which the cause does not act. Newton's method ends nearly alike by most
 /// matrices: a Jacobian that it alone shows has no excuse in steps of one iteration, which show each entry.
 fn exceptions(
     cause: &Cause,
@@ -373,14 +374,29 @@ fn exceptions(
         if is_by_newton && is_linearized(&scenes[**number]) {
             return false;
         }
-        let has_it = |finding: &Finding| {
-            finding.scenes.iter().any(|name| name == scenes[**number].judged.name)
-        };
+        if is_wrong_anyway(cause, &scenes[**number].scene, scenes) {
+            return true;
+        }
+        let has_it = |finding: &Finding| finding.has(scenes[**number].judged.name);
         let mut others = to_look_at.iter().filter(|finding| !finding.features.contains(&own));
         let mut apart = shared.iter().filter(|one| one.apart.is_some() && one.apart != Some(own));
         others.any(has_it) || apart.any(|one| has_it(&one.finding))
     };
     cause.unexplained.iter().filter(|number| !is_excused(number)).copied().collect()
+}
+
+/// Whether most scenes with forces of a scene's method are wrong for no known reason in which a cause of a force does not act.
+fn is_wrong_anyway(cause: &Cause, inner: &Scene, scenes: &[Marked<'_>]) -> bool {
+    let change = cause.change();
+    let is_of_force = matches!(change.place, Place::Force(_) | Place::Jacobian(_));
+    let others = scenes.iter().filter(|scene| {
+        scene.scene.integrator.name == inner.integrator.name
+            && !scene.scene.forces.is_empty()
+            && !change.acts_in(&scene.scene)
+    });
+    let (wrong, right): (Vec<&Marked<'_>>, Vec<&Marked<'_>>) =
+        others.filter(|one| one.is_left() || one.is_settled()).partition(|one| one.is_left());
+    is_of_force && wrong.len() >= FEW && wrong.len() > right.len()
 }
 
 /// Whether a cause is not said unless it is proven: one with a number, one that explains less than twice as many scenes as it
@@ -405,14 +421,19 @@ fn is_vague(
 }
 
 /// Says less of features where a cause explains other scenes of them. If a force is wrong, its Jacobian may be right and fit no
-/// more. If masses are read wrongly, what they are a factor of may be right.
-fn say_less(to_look_at: &mut Vec<Finding>, causes: &[Cause]) {
-    let has_wrong_masses = causes.iter().any(|cause| cause.change().is_of_masses());
+/// more. Where masses are read wrongly, what they are a factor of may be right.
+fn say_less(to_look_at: &mut Vec<Finding>, causes: &[Cause], scenes: &[Marked<'_>]) {
+    let of_masses: Vec<&Change> =
+        causes.iter().map(Cause::change).filter(|change| change.is_of_masses()).collect();
+    let has_wrong_masses = |finding: &Finding| {
+        let mut its = scenes.iter().filter(|scene| finding.has(scene.judged.name));
+        its.all(|scene| of_masses.iter().any(|change| change.acts_in(&scene.scene)))
+    };
     let is_of_masses = |feature: &Feature| match feature {
         Feature::Force(part) => part.schema().masses != Masses::None,
         _ => false,
     };
-    to_look_at.retain(|finding| !(has_wrong_masses && finding.features.iter().any(is_of_masses)));
+    to_look_at.retain(|one| !(one.features.iter().any(is_of_masses) && has_wrong_masses(one)));
     for finding in to_look_at {
         let [Feature::Jacobian(part)] = finding.features[..] else { continue };
         let force = Feature::Force(part);
@@ -906,18 +927,27 @@ mod tests {
     use crate::change::Quantity;
     use crate::change::candidates;
 
-    /// A scene without steps, of this method.
-    fn scene(integrator: &str) -> Scene {
+    /// A scene without steps, of this method and with gravitation, or a field.
+    fn scene_with(integrator: &str, is_gravitation: bool) -> Scene {
+        let force = match is_gravitation {
+            true => r#"<gravitationalforce i="0" j="1" G="1"/>"#,
+            false => r#"<simplegravity fx="0" fy="1"/>"#,
+        };
         let text = format!(
             r#"<scene> <duration time="1"/> <integrator type="{integrator}" dt="0.1"/>
   <particle m="1" px="0" py="0" vx="0" vy="0" fixed="0"/>
   <particle m="1" px="1" py="0" vx="0" vy="0" fixed="0"/>
-  <gravitationalforce i="0" j="1" G="1"/>
+  {force}
 </scene>"#
         );
         let options = scene::ParseOptions::default();
         let parsed = scene::xml::parse(&text, "a.xml", &simulator::vocabulary(), &options);
         parsed.expect("a scene").scene
+    }
+
+    /// One with gravitation.
+    fn scene(integrator: &str) -> Scene {
+        scene_with(integrator, true)
     }
 
     fn judged<'a>(name: &'a str, scene: &'a Scene) -> JudgedScene<'a> {
@@ -955,6 +985,49 @@ mod tests {
         // A finding on the method explains its scenes otherwise.
         assert!(of(&[Quantity::ByPosition], 1).is_empty());
         assert!(of(&[Quantity::Force], 0).is_empty());
+    }
+
+    #[test]
+    fn scenes_of_a_method_that_is_wrong_without_a_force_do_not_speak_against_it() {
+        let explicit = scene("explicit-euler");
+        let implicit = [true, false, false].map(|is_it| scene_with("implicit-euler", is_it));
+        let limits = Thresholds::default();
+        let all = [&explicit, &implicit[0], &implicit[1], &implicit[2]];
+        let judged = all.map(|one| judged("a", one));
+        let mut evidence = judged.each_ref().map(|one| SceneEvidence::of(one, &limits));
+        evidence.iter_mut().for_each(|one| one.steps.wrong = 1);
+        let gravitation = Term { tag: "gravitationalforce", part: "" };
+        let doubled = candidates::factor(gravitation, &[Quantity::Force], 2.0);
+        let cause = Cause::of_scenes(doubled, vec![0], vec![1]);
+        let scenes = evidence.each_ref().map(Marked::new);
+        assert!(exceptions(&cause, &scenes, &[], &[]).is_empty());
+        let mut right = evidence.each_ref().map(Marked::new);
+        right[3].explained = true;
+        assert_eq!(exceptions(&cause, &right, &[], &[]), [1]);
+    }
+
+    #[test]
+    fn forces_with_masses_are_not_to_be_looked_at_where_masses_are_read_wrongly() {
+        let both = ["linearized-implicit-euler", "explicit-euler"];
+        let inner = both.map(scene);
+        let limits = Thresholds::default();
+        let judged = [0, 1].map(|one| judged(both[one], &inner[one]));
+        let evidence = judged.each_ref().map(|one| SceneEvidence::of(one, &limits));
+        let scenes = evidence.each_ref().map(Marked::new);
+        let of_masses = candidates::of_integrator(&inner[0]);
+        let of_masses =
+            of_masses.into_iter().find(Change::is_of_masses).expect("a change of masses");
+        let cause = Cause::of_scenes(of_masses, vec![0], Vec::new());
+        let gravitation = Feature::Force(Part::All("gravitationalforce"));
+        let is_said = |names: &[&str]| {
+            let names = names.iter().map(|name| (*name).to_owned()).collect();
+            let (kind, features) = (FindingKind::Feature, vec![gravitation]);
+            let mut list = vec![Finding::new(kind, features, Vec::new(), names)];
+            say_less(&mut list, std::slice::from_ref(&cause), &scenes);
+            !list.is_empty()
+        };
+        assert!(!is_said(&both[..1]));
+        assert!(is_said(&both));
     }
 
     #[test]

@@ -262,6 +262,8 @@ const CHANGES: &[&str] = &[
     "each springforce acts as a gravitationalforce with its parameters as well",
     "each gravitationalforce acts as a dragdamping with its parameters as well, in dF/dv alone",
     "gravitationalforce has the integer part of m_i m_j in the place of m_i m_j",
+    "springforce's damping has the part of w across n in the place of that along it",
+    "linearized-implicit-euler: dF/dx has h and dF/dv h² in the matrix, each the other's",
 ];
 
 /// Plants so many of the changes, one at a time.
@@ -577,6 +579,19 @@ fn elements_that_differ_beside_wrong_positions_are_named() {
     let named = said(&found);
     assert!(changes.iter().all(|change| named.contains(&&*change.words)), "{found:#?}");
     assert_eq!(named.len(), 2, "{found:#?}");
+}
+
+#[test]
+fn a_part_that_another_one_replaces_is_told_by_the_parameter_of_that() {
+    let elastic = Term { tag: "springforce", part: "elastic" };
+    let place = elastic.schema().parameter_idx("b");
+    let measure = Measure::Parameter(place, "b");
+    let gate = Gate { measure, above: true, at: 0.0, factor: 0.0 };
+    for quantities in [&[Quantity::Force], &[Quantity::ByPosition]] {
+        let change = candidates::gated(elastic, quantities, gate);
+        let found = findings(std::slice::from_ref(&change), |states| states);
+        assert_said(&found, &[&change.words]);
+    }
 }
 
 #[test]

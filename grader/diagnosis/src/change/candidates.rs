@@ -1073,6 +1073,8 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
                 let words = format!("dF/dx and dF/dv {words} in the matrix");
                 add(Rule::Matrices(factor), 2, &words);
             }
+            let words = "dF/dx has h and dF/dv h² in the matrix, each the other's";
+            add(Rule::StepsExchanged, 2, words);
             let words = "in the matrix, dF/dx and dF/dv are multiplied by the mass, or not divided by it where all else is";
             add(Rule::Matrices(Factor::mass(1)), 2, words);
         }

@@ -3,8 +3,8 @@
 //! ```text
 //! sum        a term is left out, has the other sign, counts twice or half, or is subtracted and stands alone
 //! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse;
-//!            a projection is left out; the sum, the mean or the integer part of the product of two masses; the parentheses
-//!            around a sum are missing
+//!            a projection is left out, or the one across; the sum, the mean or the integer part of the product of two
+//!            masses; the parentheses around a sum are missing
 //! power      another exponent
 //! number     twice or half, one more or less
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
@@ -397,6 +397,11 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 let whole = without(&replaced(factors, along, (**b).clone()), place);
                 let words = format!("has {b} in the place of its part along {a}");
                 all.push(Edit::new(Expression::Product(whole), words, 1));
+                let part = Expression::Product(vec![factor.clone(), (**a).clone()]);
+                let across = Expression::Sum(vec![(**b).clone(), part.negated()]);
+                let whole = without(&replaced(factors, along, across), place);
+                let words = format!("has the part of {b} across {a} in the place of that along it");
+                all.push(Edit::new(Expression::Product(whole), words, 2));
             }
             for scalar in scalars {
                 let with = |new: Expression| {

@@ -47,6 +47,8 @@ pub enum Measure {
     Stretch(usize, &'static str),
     /// The size of that.
     Deviation(usize, &'static str),
+    /// `l` divided by a parameter.
+    Ratio(usize, &'static str),
     /// `n·w`, the rate at which the length grows.
     Rate,
     /// `x_i − x_j` or `v_i − v_j` along an axis; of a field, the position or velocity.
@@ -106,9 +108,8 @@ impl Measure {
             all.push(Self::Rate);
             for parameter in schema.parameters.iter().filter(|parameter| parameter.is_length) {
                 let place = schema.parameter_idx(parameter.name);
-                let both =
-                    [Self::Stretch(place, parameter.name), Self::Deviation(place, parameter.name)];
-                all.extend(both);
+                let of = [Self::Stretch, Self::Deviation, Self::Ratio];
+                all.extend(of.map(|measure| measure(place, parameter.name)));
             }
             all.push(Self::Length);
             all.push(Self::Order);
@@ -205,6 +206,7 @@ impl Measure {
             Self::Length => length(),
             Self::Stretch(number, _) => length() - own()?.parameters[number],
             Self::Deviation(number, _) => (length() - own()?.parameters[number]).abs(),
+            Self::Ratio(number, _) => length() / own()?.parameters[number],
             Self::Rate => {
                 let d = vector(Kind::Position);
                 d.dot(&vector(Kind::Velocity)) / d.norm()
@@ -313,6 +315,9 @@ impl Gate {
             Measure::Deviation(_, name) => {
                 format!("where its length is {more} than {} off {name}", number(at))
             }
+            Measure::Ratio(_, name) => {
+                format!("where its length is {more} than {} {name}", number(at))
+            }
             Measure::Rate if at == 0.0 => match above {
                 true => "where its particles move apart".to_owned(),
                 false => "where its particles approach each other".to_owned(),
@@ -404,6 +409,7 @@ mod tests {
             (Measure::Fixed, [1.0, 1.0, 0.0]),
             (Measure::Mass, [2.0, 2.0, 3.0]),
             (Measure::Length, [1.0, 1.0, 1.0]),
+            (Measure::Ratio(1, "l0"), [2.0, 1.0, 0.5]),
             (Measure::Rate, [3.0, 3.0, -4.0]),
             (Measure::Along(Kind::Position, 0), [-1.0, 1.0, 0.0]),
             (Measure::Size(Kind::Velocity), [5.0, 5.0, 5.0]),

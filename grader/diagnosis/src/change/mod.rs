@@ -213,6 +213,7 @@ impl Change {
             rule,
             Rule::Matrix(..)
                 | Rule::Matrices(_)
+                | Rule::StepsExchanged
                 | Rule::Inertia { .. }
                 | Rule::MassAt(_)
                 | Rule::ColumnMasses
@@ -721,6 +722,8 @@ pub enum Rule {
     Matrix(Quantity, Factor),
     /// The same factor of both.
     Matrices(Factor),
+    /// `h K` and `h² B` in the matrix.
+    StepsExchanged,
     /// The mass: its power in the matrix (or the velocity update), and a factor of `M (u − v)` on the right.
     Inertia {
         /// Power in the matrix.

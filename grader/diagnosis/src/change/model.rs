@@ -559,6 +559,10 @@ impl Model {
             Rule::Matrices(factor) => {
                 rules.matrix = rules.matrix.map(|matrix| matrix.and(factor));
             }
+            Rule::StepsExchanged => {
+                let [k, b] = rules.matrix;
+                rules.matrix = [k.and(Factor::h(-1)), b.and(Factor::h(1))];
+            }
             Rule::Inertia { matrix, right, sign } => {
                 rules.inertia_matrix = matrix;
                 rules.inertia_right = (right, sign);

@@ -208,6 +208,11 @@ pub struct Pair<'a> {
     pub is_wrong: bool,
 }
 
+/// Whether a time is right that differs by this: a sum of time steps differs from their product by rounding only. Not if it is NaN.
+pub(crate) fn is_close(difference: f64, time: f64) -> bool {
+    difference <= 1e-9 * time.abs().max(1.0)
+}
+
 /// Compares `actual` with the oracle's trace.
 pub fn compare(
     oracle: &mut dyn TraceReader,
@@ -364,9 +369,7 @@ impl Comparer {
     fn check_form(&self, got: &State, source: &dyn StateSource) -> Result<(), Failure> {
         if let Some(time) = got.time {
             let expected = self.states as f64 * self.expectation.time_step;
-            // A sum of time steps differs from their product by rounding only. A NaN fails this test.
-            let close = (time - expected).abs() <= 1e-9 * expected.abs().max(1.0);
-            if !close {
+            if !is_close((time - expected).abs(), expected) {
                 let fault = FormFault::Time { state: self.states, found: time, expected };
                 return Err(Failure::Malformed { location: source.location(), fault });
             }

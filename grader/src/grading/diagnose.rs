@@ -8,13 +8,13 @@ use scene::trace::TraceFault;
 
 use super::judge::Judged;
 use super::refusal::{message, says_why, uncaught};
-use crate::compare::Criteria;
+use crate::compare::{Criteria, is_close};
 use crate::suite::{NoTrace, Section};
 use crate::verdict::{Failure, FormFault, Lack, RunEnd, RunFailure, Skipped, Verdict};
 
 /// Looks for what is wrong in all scenes together. An error or a panic here loses the findings, but no verdict.
 pub(super) fn look_into(judged: &mut [Judged<'_>], limits: &Thresholds) -> Findings {
-    if judged.iter().all(|judged| judged.result.comparison.verdict.is_pass()) {
+    if judged.iter().all(|one| one.is_misread || one.result.comparison.verdict.is_pass()) {
         let tasks = findings::tasks_of_passed(judged.iter().map(|judged| &judged.case.scene));
         return Findings { tasks, ..Findings::default() };
     }
@@ -36,7 +36,7 @@ pub(super) fn look_into(judged: &mut [Judged<'_>], limits: &Thresholds) -> Findi
 }
 
 fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
-    let Judged { case, result, states } = judged;
+    let Judged { case, result, states, is_misread } = judged;
     let comparison = &result.comparison;
     let envelope = match &result.criteria {
         Criteria::Calibrated(calibrated) => (0..states.len() as u64)
@@ -49,7 +49,7 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
         name: &case.id,
         scene: &case.scene,
         is_required: case.feature.section == Section::Required,
-        outcome: outcome(&comparison.verdict),
+        outcome: if *is_misread { Outcome::NotJudged } else { outcome(&comparison.verdict) },
         first_wrong: comparison.first_wrong.as_ref().map(|first| findings::FirstWrong {
             step: first.place.step,
             particle: first.place.particle,
@@ -87,10 +87,10 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         Failure::GaveUp { .. } => Outcome::Crashed(None),
         Failure::Skipped(Skipped::TimeOuts { .. } | Skipped::Features { .. }) => Outcome::TimedOut,
         Failure::NotGreeted(failures) => outcome_of_failure(failures.telling()),
-        Failure::Malformed { fault: FormFault::Time { state: 1, found, .. }, .. }
-            if *found > 0.0 =>
+        Failure::Malformed { fault: FormFault::Time { state, found, expected }, .. }
+            if counts_by_other_step(*state as f64, *found, *expected) =>
         {
-            Outcome::OtherTimes(*found)
+            Outcome::OtherTimes(*found / *state as f64)
         }
         Failure::Malformed {
             fault: FormFault::Content(TraceFault::StepOrder { expected: 0, found }),
@@ -104,6 +104,12 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
         Failure::TooLong { .. } => Outcome::TooLong,
         Failure::Differs | Failure::Drifts { .. } => Outcome::Differs,
     }
+}
+
+/// Whether the first wrong time of a trace is so many of another time step, by which the state before it is close to right.
+fn counts_by_other_step(state: f64, found: f64, expected: f64) -> bool {
+    let before = (found - expected).abs() * (state - 1.0) / state;
+    state > 0.0 && found > 0.0 && is_close(before, expected)
 }
 
 fn outcome_of_run(run: &RunFailure) -> Outcome {

@@ -31,6 +31,8 @@ pub(super) struct Judged<'a> {
     pub(super) result: SceneResult,
     /// The finite states; empty for large scenes, and for traces without velocities.
     pub(super) states: Vec<State>,
+    /// Whether the program passes or starts rightly if the scene's file is written otherwise.
+    pub(super) is_misread: bool,
 }
 
 impl<'a> Judged<'a> {
@@ -117,7 +119,7 @@ pub(super) fn of_case<'a>(
         diagnosis: None,
         recording: None,
     };
-    Judged { case, result, states }
+    Judged { case, result, states, is_misread: false }
 }
 
 /// Judges the states that `start` yields for a scene, and returns the finite ones. A panic, here or in the submission's

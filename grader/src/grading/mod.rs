@@ -20,6 +20,7 @@ mod measured;
 mod refusal;
 mod restart;
 mod result;
+mod spelling;
 
 use std::collections::HashSet;
 
@@ -56,6 +57,7 @@ pub use result::{
     Adjustment, AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden,
     HiddenTally, Interrupted, NotRunReason, Repetition, SceneResult, Since, Totals,
 };
+use spelling::misread;
 
 /// Maximum number of scenes that are run twice.
 const REPEATED: usize = 8;
@@ -157,7 +159,6 @@ impl<'a> Grader<'a> {
             JacobianReport::default()
         };
         let (mut judged, broken) = self.scenes(submission);
-        let findings = look_into(&mut judged, &Thresholds::default());
         // A program that was killed with the run, or that only times out, has no further results.
         let program = || match submission {
             Submission::Program(_) if observer.is_stopped() || broken.is_some() => None,
@@ -167,6 +168,9 @@ impl<'a> Grader<'a> {
         // Scenes that follow keep what measurements take.
         let measured = program().map(Program::with_own_budget);
         let program = || measured.as_ref().filter(|_| program().is_some());
+        let misread = program().map(|program| misread(program, oracle, &mut judged));
+        let mut findings = look_into(&mut judged, &Thresholds::default());
+        findings.list.splice(..0, misread.unwrap_or_default());
         if let Some(program) = program() {
             restart_some(program, oracle, &mut judged);
         }

@@ -362,8 +362,11 @@ pub fn between(low: f64, high: f64, above: bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use scene::trace::State;
     use scene::{ParseOptions, xml};
 
+    use super::super::model::{Model, Point};
+    use super::super::{Change, Effect, Place, Quantity, SceneRule, Term};
     use super::*;
 
     /// A square with one side doubled, its springs of other lengths, and one particle fixed.
@@ -416,6 +419,43 @@ mod tests {
         ] {
             assert_eq!(numbers(measure), expected, "{measure:?}");
         }
+    }
+
+    #[test]
+    fn elements_of_a_scene_read_otherwise_have_their_own_places() {
+        let vocabulary = simulator::vocabulary();
+        let scene = xml::parse(SQUARE, "square.xml", &vocabulary, &ParseOptions::default());
+        let scene = scene.expect("a scene").scene;
+        let schema = vocabulary.force("gravitationalforce").expect("a force");
+        let term = Term::of(schema)[0];
+        let quantities: &[Quantity] = &[Quantity::ByPosition];
+        let change = |effect: Effect| Change {
+            place: Place::Force(term),
+            words: String::new(),
+            effect,
+            rank: 0,
+        };
+        let also = SceneRule::AlsoAs("springforce", "gravitationalforce");
+        let not_first = Gate { measure: Measure::Number, above: true, at: 0.5, factor: 0.0 };
+        let changes = [
+            change(Effect::Partly(quantities, also)),
+            change(Effect::Gate(term, quantities, not_first)),
+        ];
+        let mut with_first = scene.clone();
+        let spring = &scene.forces[0];
+        let parameters = schema.values(&[("G", spring.parameter("k"))]);
+        with_first.forces.push(ForceElement::new(
+            schema,
+            &spring.particles,
+            spring.edge,
+            parameters,
+        ));
+        let jacobian = |scene: &Scene, changes: &[Change]| {
+            let model = Model::new(scene, changes);
+            let State { positions, velocities, .. } = model.start();
+            model.jacobian(Quantity::ByPosition, &Point::new(&positions, &velocities, 0.0))
+        };
+        assert_eq!(jacobian(&scene, &changes), jacobian(&with_first, &[]));
     }
 
     #[test]

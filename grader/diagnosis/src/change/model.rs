@@ -132,13 +132,20 @@ struct Evaluation {
     masses: Option<MassAt>,
 }
 
+/// The elements of a term where the scene is read otherwise for some quantities.
+#[derive(Clone)]
+struct Others {
+    quantities: &'static [Quantity],
+    elements: Arc<[Element]>,
+    scene: Arc<Scene>,
+}
+
 /// A term of a scene.
 #[derive(Clone)]
 pub(super) struct TermModel {
     pub(super) term: Term,
     elements: Arc<[Element]>,
-    /// Others where some quantities are evaluated.
-    others: Option<(&'static [Quantity], Arc<[Element]>)>,
+    others: Option<Others>,
     evaluations: [Evaluation; 3],
     /// The Jacobians are the derivatives of the force's formula.
     derived: bool,
@@ -1085,7 +1092,7 @@ impl Model {
         if !quantities.contains(&quantity) {
             return 1.0;
         }
-        let of = &self.scene.forces[element.place];
+        let of = &model.scene_of(quantity, &self.scene).forces[element.place];
         let mut rest: Vec<Vector3<f64>> = of.undeformed().iter().map(|x| (*x).into()).collect();
         if rest.is_empty() {
             let start = |particle: &usize| self.scene.particles[*particle].position.into();
@@ -1111,7 +1118,7 @@ impl Model {
         match model.gate {
             Some((quantities, gate)) if quantities.contains(&quantity) => {
                 gate.factor_of(&Measured {
-                    scene: &self.scene,
+                    scene: model.scene_of(quantity, &self.scene),
                     place: Some(element.place),
                     particles,
                     state: &|particle| [self.vector(x, particle), self.vector(v, particle)],
@@ -1197,10 +1204,16 @@ impl Model {
 impl TermModel {
     /// The elements of which a quantity is the sum.
     fn elements_of(&self, quantity: Quantity) -> &[Element] {
-        match &self.others {
-            Some((quantities, others)) if quantities.contains(&quantity) => others,
-            _ => &self.elements,
-        }
+        self.others_of(quantity).map_or(&self.elements, |others| &others.elements)
+    }
+
+    /// The scene of these elements: `scene`, or as it is read for this quantity.
+    fn scene_of<'a>(&'a self, quantity: Quantity, scene: &'a Scene) -> &'a Scene {
+        self.others_of(quantity).map_or(scene, |others| &others.scene)
+    }
+
+    fn others_of(&self, quantity: Quantity) -> Option<&Others> {
+        self.others.as_ref().filter(|others| others.quantities.contains(&quantity))
     }
 
     /// What its force reads in the place of its arguments.
@@ -1487,7 +1500,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
         Effect::Partly(quantities, rule) => {
             let mut read = scene.clone();
             read_wrongly(&mut read, rule);
-            Some((quantities, read))
+            Some((quantities, Arc::new(read)))
         }
         _ => None,
     });
@@ -1539,7 +1552,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             start: None,
             masses: None,
         };
-        let others = |(quantities, read): &(&'static [Quantity], Scene)| {
+        let others = |(quantities, read): &(&'static [Quantity], Arc<Scene>)| {
             let elements = read.forces.iter().enumerate();
             let of_it = elements.filter(|(_, element)| element.schema.tag == term.tag);
             let elements = of_it.map(|(place, element)| Element {
@@ -1548,7 +1561,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
                 parameters: element.parameters.clone(),
                 lost: Lost::default(),
             });
-            (*quantities, elements.collect())
+            Others { quantities, elements: elements.collect(), scene: Arc::clone(read) }
         };
         TermModel {
             term,

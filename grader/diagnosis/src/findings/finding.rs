@@ -194,6 +194,13 @@ impl Finding {
                      used before it is set; what else is said may change from run to run";
         Self::new(FindingKind::Output, vec![Feature::Output], vec![words.to_owned()], scenes)
     }
+
+    /// The finding on a program that comes further with these scenes if their files are written plainly.
+    pub fn of_misread(what: &str, scenes: Vec<String>) -> Self {
+        let words =
+            format!("reading the scene: {what} misread; the same scenes are read from plain files");
+        Self::new(FindingKind::Output, vec![Feature::Reading], vec![words], scenes)
+    }
 }
 
 impl fmt::Display for Finding {

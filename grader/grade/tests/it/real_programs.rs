@@ -148,9 +148,7 @@ impl Suite {
     fn pass(&self, name: &str, files: &[(&str, &str)], options: &[&str]) {
         let folder = self.root.path().join(name);
         fs::create_dir(&folder).unwrap();
-        for (file, text) in files {
-            fs::write(folder.join(file), text).unwrap();
-        }
+        write(&folder, files);
         self.pass_folder(name, &folder, options);
     }
 
@@ -161,6 +159,12 @@ impl Suite {
         let printed = String::from_utf8_lossy(&graded.stdout).into_owned();
         let errors = String::from_utf8_lossy(&graded.stderr).into_owned();
         assert_eq!(graded.status.code(), Some(0), "{name}:\n{printed}\n{errors}");
+    }
+}
+
+fn write(folder: &Path, files: &[(&str, &str)]) {
+    for (file, text) in files {
+        fs::write(folder.join(file), text).unwrap();
     }
 }
 
@@ -178,6 +182,26 @@ fn gcc_runs_in_the_sandbox() {
 }
 
 #[needs("command -v gcc")]
+/// Without a library, a reader finds attributes by their text.
+#[test]
+fn files_that_a_program_misreads_are_said_to_be() {
+    let source = C.replace("PARALLEL", "");
+    let build = manifest(&["cc", "-O2", "-o", "simulate", "simulate.c", "-lm"], &["./simulate"]);
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[("simulate.c", &source), ("submission.toml", &build)]);
+    let run = Command::new(GRADE)
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .arg(folder.path())
+        .args(["--only", "Inertia/another-hand-symplectic", "--no-progress"])
+        .output()
+        .unwrap();
+    let text = String::from_utf8(run.stdout).unwrap();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let finding = "reading the scene: attributes in single quotes, and white space around = or line breaks inside a tag, \
+                   and comments are misread; the same scenes are read from plain files (1 scene)";
+    assert!(words.join(" ").contains(finding), "{text}");
+}
+
 #[test]
 fn openmp_runs_in_the_sandbox() {
     let source = C.replace("PARALLEL", "#pragma omp parallel for");

@@ -65,7 +65,7 @@ const MOST_EXCEEDED: usize = 4;
 const AT_ONCE: usize = 8;
 
 /// Maximum size of a scene file that is altered, in MiB.
-const MAX_MEBIBYTES: u64 = 1;
+pub(super) const MAX_MEBIBYTES: u64 = 1;
 
 /// Maximum error of a right state, relative to the largest number: that of six digits. Simple numbers of a scene may need no
 /// more, and those of its copy do.

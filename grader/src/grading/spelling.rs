@@ -4,7 +4,7 @@
 //! scene's own say which of them it does not read.
 
 use std::collections::BTreeMap;
-use std::{fs, str};
+use std::str;
 
 use quick_xml::Reader;
 use quick_xml::events::Event;
@@ -12,7 +12,9 @@ use rayon::prelude::*;
 use scene::trace::{Shape, State};
 use scene::{Scene, write};
 
+use super::altered::MAX_MEBIBYTES;
 use super::judge::{Judged, judge};
+use crate::boundary::own_file::read_text;
 use crate::oracle::Oracle;
 use crate::submission::program::{Program, SceneSource};
 use crate::verdict::{Failure, Verdict};
@@ -90,7 +92,7 @@ fn unread(program: &Program, oracle: &Oracle, judged: &Judged<'_>) -> Option<Str
     if verdict.is_pass() || says_why {
         return None;
     }
-    let text = fs::read_to_string(&file.path).ok()?;
+    let text = read_text(&file.path, MAX_MEBIBYTES).ok()?;
     // Every scene of the suite has comments.
     if plainly(&text, &[Habit::Comments]) == plainly(&text, &Habit::ALL) {
         return None;

@@ -166,7 +166,7 @@ pub(crate) fn build(
         }
     }
     runner.readable.push(home.clone());
-    let call = |command: &Vec<String>| CommandLine::of(command, &home).with_own_files(&home);
+    let call = |command: &Vec<String>| CommandLine::of(command, &home).in_folder(&home);
     let CommandLine { program, arguments } = call(&recipe.run);
     let serving = recipe.serve.as_ref().map(call);
     let serving = serving.map(|serve| Arc::new(Serving::new(serve)));

@@ -566,7 +566,7 @@ impl CommandLine {
     }
 
     /// With the submission's own files where arguments name them as from its folder, which is not the working directory of runs.
-    pub(super) fn with_own_files(self, home: &Path) -> Self {
+    pub(super) fn in_folder(self, home: &Path) -> Self {
         let own = |word: String| match Path::new(&word).is_relative() && home.join(&word).is_file()
         {
             true => home.join(word).to_string_lossy().into_owned(),

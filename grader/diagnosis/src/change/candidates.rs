@@ -78,9 +78,13 @@ const TOO_OFTEN_H: &str = "is multiplied by h once too often";
 /// Ends the words of a change of a force that its Jacobians have as well.
 const IN_JACOBIANS: &str = ", in its Jacobians as well";
 
-/// Words of a change of a force and its Jacobians become those of the force alone.
+/// Ends the words of a change of forces that Jacobians do not have.
+const IN_FORCES: &str = ", in forces alone";
+
+/// Words of a change say nothing of the Jacobians of a force.
 pub fn say_force_alone(change: &mut Change) {
-    if let Some(alone) = change.words.strip_suffix(IN_JACOBIANS) {
+    let words = &change.words;
+    if let Some(alone) = [IN_JACOBIANS, IN_FORCES].iter().find_map(|end| words.strip_suffix(end)) {
         change.words.truncate(alone.len());
     }
 }
@@ -313,9 +317,11 @@ pub fn gated(term: Term, quantities: &'static [Quantity], gate: Gate) -> Change 
         if gate.factor == 0.0 { "is left out".to_owned() } else { factor_words(gate.factor) };
     let where_it_is = gate.words(term.schema().stencil.is_field());
     let is_natural = gate.at == 0.0 || gate.measure.is_count();
+    let is_alone = quantities == FORCE && term.schema().depends_on().has_jacobian();
+    let alone = if is_alone { IN_FORCES } else { "" };
     Change {
         place: whole.place,
-        words: format!("{subject} {what} {where_it_is}"),
+        words: format!("{subject} {what} {where_it_is}{alone}"),
         effect: Effect::Gate(term, quantities, gate),
         rank: if is_natural { 2 } else { 3 },
     }

@@ -201,12 +201,22 @@ impl Findings {
                 *kind = FindingKind::Feature;
             }
         }
-        for ((cause, kind), exceptions) in said.into_iter().zip(kinds).zip(exceptions) {
-            let finding = of_cause(cause, kind, &scenes, exceptions.len());
-            if finding.kind != FindingKind::Feature {
-                list.push(finding);
-                continue;
-            }
+        let of_causes = said.into_iter().zip(kinds).zip(exceptions);
+        let (vague, named): (Vec<Finding>, Vec<Finding>) = of_causes
+            .map(|((cause, kind), exceptions)| of_cause(cause, kind, &scenes, exceptions.len()))
+            .partition(|finding| finding.kind == FindingKind::Feature);
+        // Scenes that a change of the same feature explains are not said to be unexplained, nor twice to share something.
+        let is_said = |features: &[Feature], scene: &String| {
+            let same = named.iter().filter(|other| other.features == features);
+            let shared = shared.iter().map(|shared| &shared.finding);
+            same.chain(shared).any(|other| other.scenes.contains(scene))
+        };
+        let is_new = |finding: &Finding| {
+            !finding.scenes.iter().all(|scene| is_said(&finding.features, scene))
+        };
+        let vague: Vec<Finding> = vague.into_iter().filter(is_new).collect();
+        list.extend(named);
+        for finding in vague {
             match to_look_at.iter_mut().find(|known| known.features == finding.features) {
                 Some(known) => known.add_scenes(finding.scenes),
                 None => to_look_at.push(finding),

@@ -794,6 +794,17 @@ fn implicit_euler_is_not_to_be_looked_at_beside_a_wrong_solver() {
 }
 
 #[test]
+fn a_parameter_cut_to_an_integer_is_not_a_force_left_out() {
+    let cut = "springforce reads b as an integer";
+    let other = candidate("dF/dv of springforce's damping has k in the place of b");
+    let changes = [candidate(cut), other];
+    let found = findings_of(|scene| states(scene, &changes));
+    assert!(found.iter().any(|finding| finding.words == [cut]), "{found:#?}");
+    let lacks = |finding: &Finding| finding.kind == FindingKind::NotImplemented;
+    assert!(!found.iter().any(lacks), "{found:#?}");
+}
+
+#[test]
 fn a_mistake_of_a_method_that_leaves_two_fifths_of_its_scenes_wrong_is_not_said() {
     let words = "linearized-implicit-euler: the matrix has the identity in the place of M";
     let change = [candidate(words)];

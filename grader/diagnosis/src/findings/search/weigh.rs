@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::change::candidates;
 use crate::change::rounds;
-use crate::change::{Change, Effect, Model, Place, Quantity, Rule, Task, Term};
+use crate::change::{Change, Effect, Model, Place, Quantity, Rule, SceneRule, Task, Term};
 use rayon::prelude::*;
 use reference::method::Method;
 use scene::Scene;
@@ -110,7 +110,7 @@ impl Search<'_> {
             && let Some(Weighed { explained: all, .. }) = self.prove(made, together)
         {
             let cause = |one: Weighed| Cause {
-                rivals: force_alone(&one.changes[0]),
+                rivals: self.rivals(&one.changes[0]),
                 alternatives: one.changes,
                 scenes: one.explained.into_iter().filter(|number| all.contains(number)).collect(),
                 open: one.open,
@@ -125,7 +125,7 @@ impl Search<'_> {
             all.extend(causes.iter().map(|cause| cause.change().clone()));
             if let Some(Weighed { changes, explained, open, .. }) = self.prove(&all, one) {
                 let scenes = explained.into_iter().collect();
-                let (rivals, alternatives) = (force_alone(&changes[0]), changes);
+                let (rivals, alternatives) = (self.rivals(&changes[0]), changes);
                 causes.push(Cause {
                     alternatives,
                     rivals,
@@ -137,6 +137,25 @@ impl Search<'_> {
             }
         }
         causes
+    }
+
+    /// What looks like a force that is left out where other mistakes are in all scenes that tell them apart: the force alone, its
+    /// Jacobians kept, and its parameters cut to integers.
+    fn rivals(&self, lack: &Change) -> Vec<Change> {
+        let Place::Force(term) = lack.place else { return Vec::new() };
+        let has_jacobian = term.schema().depends_on().has_jacobian();
+        let alone = has_jacobian.then(|| candidates::factor(term, &[Quantity::Force], 0.0));
+        let mut all: Vec<Change> = alone.into_iter().collect();
+        for scene in self.scenes.iter().filter(|scene| scene.is_suspect()) {
+            let is_cut = |change: &Change| matches!(change.effect, Effect::Scene(SceneRule::Integer(tag, _)) if tag == term.tag);
+            let readings = candidates::of_reading(&scene.scene, &[]);
+            for change in readings.into_iter().filter(is_cut) {
+                if !all.contains(&change) {
+                    all.push(change);
+                }
+            }
+        }
+        all
     }
 
     /// Whether at least two scenes, and nearly all that use no other force, show that a feature is left out. Of a method, at
@@ -418,15 +437,6 @@ impl Search<'_> {
         let fully = |one: Weighed| self.weigh(made, one.changes, false);
         found.into_par_iter().filter_map(fully).collect()
     }
-}
-
-/// The force alone left out, its Jacobians kept, beside the force with them: other mistakes may be in all scenes that tell
-/// them apart.
-fn force_alone(lack: &Change) -> Vec<Change> {
-    let Place::Force(term) = lack.place else { return Vec::new() };
-    let has_jacobian = term.schema().depends_on().has_jacobian();
-    let alone = has_jacobian.then(|| candidates::factor(term, &[Quantity::Force], 0.0));
-    alone.into_iter().collect()
 }
 
 /// Whether the method that steps in the place of another one has a mistake.

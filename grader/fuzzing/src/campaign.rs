@@ -6,7 +6,7 @@
 //!
 //! The candidates of a scene depend on the seed, its number and what the batches before it showed, so that a run of a
 //! deterministic program is repeated by its seed. Scenes are mutated whose runs were new: another largest residual, within its
-//! tolerance, under the same features. A feature that a program always refuses is no longer drawn.
+//! tolerance, or another number of iterations, under the same features. A feature that a program always refuses is no longer drawn.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::time::{Duration, Instant};
@@ -16,12 +16,13 @@ use fastrand::Rng;
 use grader::verdict::Fault;
 use rayon::prelude::*;
 use scene::Scene;
-use scene::schema::IntegratorSchema;
+use scene::schema::{Convergence, IntegratorSchema};
 
 use crate::cause::{self, Evidence, is_proven};
-use crate::choices::{Choices, mutated};
+use crate::choices::{Choices, mutated, simplest};
 use crate::draw::{Drawn, Pair, Scope, draw, pairs, plain, read};
 use crate::judge::{How, Judge, Judgement, Nothing, Run, Subject, Wrong};
+use crate::motion::statistics;
 use crate::shrink::{Effort, Shrunk, measure, shrink};
 use crate::symmetry::{self, Symmetry};
 
@@ -139,6 +140,8 @@ pub struct Discovery {
 #[derive(Debug, Clone)]
 struct Failing {
     number: u64,
+    /// The choices that drew it; none where it was not drawn.
+    choices: Vec<u64>,
     scene: Scene,
     text: String,
     wrong: Wrong,
@@ -148,7 +151,7 @@ struct Failing {
 impl Failing {
     /// The failure as it was drawn.
     fn discovery(&self, proven: Option<Finding>, count: usize) -> Discovery {
-        let Self { number, scene, text, wrong, is_spelling } = self.clone();
+        let Self { number, choices: _, scene, text, wrong, is_spelling } = self.clone();
         let [particles, forces, steps, ..] = measure(&scene);
         Discovery {
             proven,
@@ -170,7 +173,7 @@ struct Memory {
     covered: HashMap<Pair, u32>,
     /// Scenes that were new.
     kept: Vec<Vec<u64>>,
-    seen: HashSet<(Vec<&'static str>, i32)>,
+    seen: HashSet<(Vec<&'static str>, i32, u64)>,
     /// Runs and refusals of each feature.
     features: HashMap<&'static str, (u32, u32)>,
 }
@@ -240,7 +243,11 @@ impl Memory {
         }
         if let Judgement::Right(Run { used, .. }) = judgement {
             let size = if *used > 0.0 { used.log2().floor() as i32 } else { i32::MIN };
-            if self.kept.len() < MOST_KEPT && self.seen.insert((features, size)) {
+            let iterations = match drawn.scene.integrator.convergence {
+                Convergence::Update(_) => statistics(&drawn.scene).max_newton_iterations,
+                _ => 0,
+            };
+            if self.kept.len() < MOST_KEPT && self.seen.insert((features, size, iterations)) {
                 self.kept.push(drawn.choices.clone());
             }
         }
@@ -317,9 +324,9 @@ pub fn run(
                 Judgement::Wrong(wrong) => {
                     tally.wrong += 1;
                     tally.first.get_or_insert((tally.scenes, time));
-                    let Drawn { scene, text, .. } = drawn;
-                    let wrong = *wrong;
-                    failures.push(Failing { number, scene, text, wrong, is_spelling: false });
+                    let Drawn { choices, scene, text } = drawn;
+                    let (wrong, is_spelling) = (*wrong, false);
+                    failures.push(Failing { number, choices, scene, text, wrong, is_spelling });
                 }
             }
         }
@@ -407,7 +414,8 @@ pub fn smallest(
     let text = plain(scene)?;
     let scene = read(&text)?;
     let Judgement::Wrong(wrong) = judge.judge(subject, &scene, &text) else { return None };
-    let failing = Failing { number: 0, scene, text, wrong: *wrong, is_spelling: false };
+    let (choices, wrong) = (Vec::new(), *wrong);
+    let failing = Failing { number: 0, choices, scene, text, wrong, is_spelling: false };
     let tested = Tested { subject, judge, scope, effort, is_stopped };
     Some(tested.discovery(&failing, proven, 1))
 }
@@ -512,6 +520,7 @@ impl Tested<'_> {
         let Failing { scene, wrong, .. } = failing;
         let mut discovery = failing.discovery(proven, count);
         if failing.is_spelling {
+            self.simplify_file(&failing.choices, &mut discovery);
             return discovery;
         }
         let words = discovery.proven.as_ref().map(|finding| finding.words.clone());
@@ -528,6 +537,25 @@ impl Tested<'_> {
             discovery.broken = if (self.is_stopped)() { Vec::new() } else { broken };
         }
         discovery
+    }
+
+    /// Takes the simplest drawn file that fails where the plain one of its scene does not.
+    fn simplify_file(&self, choices: &[u64], discovery: &mut Discovery) {
+        let fails = |planned: Vec<u64>| {
+            let Drawn { choices, scene, text } = draw(self.scope, Choices::replayed(planned))?;
+            let Judgement::Wrong(wrong) = self.judge.judge(self.subject, &scene, &text) else {
+                return None;
+            };
+            let plain = plain(&scene)?;
+            let judged = self.judge.judge(self.subject, &read(&plain)?, &plain);
+            let is_spelling = !matches!(judged, Judgement::Wrong(_)) && !(self.is_stopped)();
+            is_spelling.then_some((choices, (scene, text, *wrong)))
+        };
+        let (found, runs) = simplest(choices, &fails, self.effort);
+        if let Some((scene, text, wrong)) = found {
+            discovery.shrunk = Shrunk { scene, wrong, runs };
+            discovery.text = text;
+        }
     }
 
     /// The smallest scene of the scope in which the subject fails in the same way, and by one of these causes if there are any.

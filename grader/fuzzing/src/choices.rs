@@ -8,7 +8,12 @@
 //! (MacIver and Donaldson, *Test-case reduction via test-case generation*, ECOOP 2020), and the bytes of a coverage-guided
 //! fuzzer are a scene. Choice 0 is the simplest everywhere.
 
+use std::time::Instant;
+
 use fastrand::Rng;
+use rayon::prelude::*;
+
+use crate::shrink::Effort;
 
 /// Bits of a number between 0 and 1.
 const BITS: u32 = 53;
@@ -93,6 +98,48 @@ impl Choices {
     }
 }
 
+/// Makes as many choices as possible the simplest, while `fails`: halves of them, then quarters, down to single ones. `fails`
+/// returns the choices that were made, and what they drew. The second value counts its calls.
+///
+/// Cost: up to four calls a choice, as many at a time as there are threads.
+pub fn simplest<T: Send>(
+    choices: &[u64],
+    fails: &(dyn Fn(Vec<u64>) -> Option<(Vec<u64>, T)> + Sync),
+    effort: Effort,
+) -> (Option<T>, usize) {
+    let (start, mut runs) = (Instant::now(), 0);
+    let weight = |choices: &[u64]| choices.iter().filter(|choice| **choice != 0).count();
+    let (mut best, mut found) = (choices.to_vec(), None);
+    let mut size = best.len();
+    while size > 0 {
+        let is_plain =
+            |start: &usize| best.iter().skip(*start).take(size).all(|choice| *choice == 0);
+        let starts: Vec<usize> =
+            (0..best.len()).step_by(size).filter(|start| !is_plain(start)).collect();
+        let mut is_simpler = false;
+        for some in starts.chunks(rayon::current_num_threads().max(1)) {
+            if runs >= effort.runs || start.elapsed() >= effort.time {
+                return (found, runs);
+            }
+            let simpler = some.par_iter().find_map_first(|start| {
+                let mut other = best.clone();
+                other.iter_mut().skip(*start).take(size).for_each(|choice| *choice = 0);
+                let (made, drawn) = fails(other)?;
+                (weight(&made) < weight(&best)).then_some((made, drawn))
+            });
+            runs += some.len();
+            if let Some((made, drawn)) = simpler {
+                (best, found) = (made, Some(drawn));
+                is_simpler = true;
+            }
+        }
+        if !is_simpler {
+            size = if size == 1 { 0 } else { size.div_ceil(2) };
+        }
+    }
+    (found, runs)
+}
+
 /// The choices with some of them changed, or their end cut off, which is then drawn again.
 pub fn mutated(choices: &[u64], random: &mut Rng) -> Vec<u64> {
     let mut other = choices.to_vec();
@@ -125,7 +172,23 @@ mod tests {
         };
         let (first, list, made) = make(Choices::random(3));
         assert_eq!(make(Choices::replayed(made.clone())), (first, list, made));
-        let (simplest, list, _) = make(Choices::of_bytes(&[]));
-        assert_eq!((simplest, list), ((0, 0.0, false), (0..9).collect()));
+        let (plain, list, _) = make(Choices::of_bytes(&[]));
+        assert_eq!((plain, list), ((0, 0.0, false), (0..9).collect()));
+    }
+
+    #[test]
+    fn the_choices_that_matter_are_left() {
+        let fails = |planned: Vec<u64>| {
+            let mut choices = Choices::replayed(planned);
+            let list: Vec<usize> = (0..200).map(|_| choices.below(50)).collect();
+            (list[7] > 20 && list[160] == 3).then(|| (choices.into_made(), list))
+        };
+        let mut random = Rng::with_seed(5);
+        let mut planned: Vec<u64> = (0..200).map(|_| random.u64(0..50)).collect();
+        (planned[7], planned[160]) = (33, 3);
+        let (found, runs) = simplest(&planned, &fails, Effort::default());
+        let found = found.unwrap();
+        assert_eq!((found[7], found[160], found.iter().sum()), (33, 3, 36));
+        assert!(runs < 100, "{runs}");
     }
 }

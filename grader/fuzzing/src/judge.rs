@@ -9,6 +9,8 @@
 //!
 //! A right program costs one run of ours; the two dozen variants run only where a program differs.
 
+use crate::conditioning::Conditioning;
+use crate::motion::{Replay, simulate, statistics};
 use fastrand::Rng;
 use grader::compare::calibration::{Calibration, Class, Envelope, calibrate_by};
 use grader::compare::{Calibrated, Comparison, Criteria, Expectation, compare, compare_watched};
@@ -21,10 +23,6 @@ use reference::second::{Second, Style};
 use scene::Scene;
 use scene::schema::Convergence;
 use scene::trace::{Shape, State};
-use simulator::simulation::Simulation;
-
-use crate::conditioning::Conditioning;
-use crate::motion::{Replay, simulate};
 
 /// Numbers that keep right programs from being called wrong.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,9 +39,11 @@ pub struct Strictness {
     pub jump: f64,
     /// Largest number of a motion that is used.
     pub large: f64,
-    /// Most iterations of Newton's method in a step. The first iterates of a longer one are wild, and its end depends on
-    /// rounding errors.
+    /// Most iterations of Newton's method in a step without a doubt. The first iterates of a longer one may be wild, and its end
+    /// depend on rounding errors.
     pub iterations: u64,
+    /// Most iterations of a step that is used if scenes beside it take as many: a program may end after 50.
+    pub steady_iterations: u64,
     /// Largest amplification by the matrix of a step, 1 where forces hold or dissipate. Elimination without pivots fails
     /// before others do.
     pub amplification: f64,
@@ -61,6 +61,7 @@ impl Default for Strictness {
             jump: 1e-3,
             large: 1e6,
             iterations: 8,
+            steady_iterations: 32,
             amplification: 1e3,
             rounding: 16.0,
         }
@@ -352,18 +353,30 @@ impl Judge {
 
     /// Whether steps of ours take many iterations, a matrix is nearly singular, or an update within the tolerance is rounding.
     fn is_slow(&self, scene: &Scene) -> bool {
-        let mut simulation = Simulation::new(scene);
-        while matches!(simulation.advance(), Ok(true)) {}
-        let statistics = simulation.statistics();
+        let statistics = statistics(scene);
         let Conditioning { amplification, rounding } = Conditioning::of(scene);
         let is_below_rounding = match scene.integrator.convergence {
             Convergence::Update(tolerance) => self.strictness.rounding * rounding > tolerance,
             _ => false,
         };
         let amplification = amplification.max(statistics.conditioning.largest);
-        statistics.max_newton_iterations > self.strictness.iterations
-            || amplification > self.strictness.amplification
+        amplification > self.strictness.amplification
             || is_below_rounding
+            || self.is_unsteady(scene, statistics.max_newton_iterations)
+    }
+
+    /// Whether how many iterations a step takes depends on rounding errors, as in a long wild search.
+    fn is_unsteady(&self, scene: &Scene, iterations: u64) -> bool {
+        if iterations <= self.strictness.iterations {
+            return false;
+        }
+        let Ok(expected) = &simulate(scene) else { return true };
+        let distances = sizes(expected).map(|size| NEAR * size);
+        iterations > self.strictness.steady_iterations
+            || (0..AROUND).any(|seed| {
+                let beside = statistics(&moved(scene, distances, seed));
+                beside.max_newton_iterations.abs_diff(iterations) > 1
+            })
     }
 
     /// Whether the motion jumps at this scene, as where bars are folded onto each other: exact coordinates are on a jump of a
@@ -374,11 +387,7 @@ impl Judge {
     /// ```
     fn jumps(&self, scene: &Scene, envelope: &Envelope) -> bool {
         let Ok(expected) = &simulate(scene) else { return true };
-        let size = |values: fn(&State) -> &[f64]| {
-            let all = expected.iter().flat_map(&values);
-            all.fold(0.0_f64, |size, value| size.max(value.abs()))
-        };
-        let sizes = [size(|state| &state.positions), size(|state| &state.velocities)];
+        let sizes = sizes(expected);
         let is_far = |a: &[f64], b: &[f64], size: f64| {
             a.iter().zip(b).any(|(a, b)| (a - b).abs() > self.strictness.jump * size)
         };
@@ -406,6 +415,15 @@ impl Judge {
     }
 }
 
+/// The largest coordinate of positions, and of velocities.
+fn sizes(states: &[State]) -> [f64; 2] {
+    let size = |values: fn(&State) -> &[f64]| {
+        let all = states.iter().flat_map(&values);
+        all.fold(0.0_f64, |size, value| size.max(value.abs()))
+    };
+    [size(|state| &state.positions), size(|state| &state.velocities)]
+}
+
 /// How far beside a scene others are, relative to its size.
 const NEAR: f64 = 1e-9;
 
@@ -415,6 +433,9 @@ const NEARER: f64 = 1e-4;
 
 /// Directions in which scenes are beside a scene, on both sides of it: of two opposite ones, one is beyond a jump.
 const BESIDE: u64 = 2;
+
+/// Scenes beside one, whose steps must take as many iterations.
+const AROUND: u64 = 8;
 
 /// The scene with its positions and velocities moved by up to half of these distances.
 fn moved(scene: &Scene, distances: [f64; 2], seed: u64) -> Scene {

@@ -6,7 +6,9 @@ use grader::submission::{StateSource, builtin};
 use grader::verdict::Failure;
 use scene::Scene;
 use scene::trace::{Shape, State, TraceError, TraceReader};
+use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
+use simulator::statistics::Statistics;
 
 /// All states of a scene by our own simulator.
 ///
@@ -23,6 +25,13 @@ pub fn simulate(scene: &Scene) -> Result<Vec<State>, String> {
             Err(_) => return Err("a step fails".to_owned()),
         }
     }
+}
+
+/// The counts of a scene by our own simulator, up to a step that fails.
+pub(crate) fn statistics(scene: &Scene) -> Statistics {
+    let mut simulation = Simulation::new(scene);
+    while matches!(simulation.advance(), Ok(true)) {}
+    simulation.statistics().clone()
 }
 
 /// States that are read once more.

@@ -95,9 +95,10 @@ impl Pair {
         (self.length)(self.d())
     }
 
-    /// Unit vector from j to i.
+    /// Unit vector from j to i; 0 where both are in one place.
     pub(crate) fn n(&self) -> Vec2 {
-        self.d() / self.l()
+        let d = self.d();
+        if d == Vec2::zeros() { d } else { d / self.l() }
     }
 
     /// `n nᵀ`.
@@ -436,7 +437,8 @@ pub(crate) fn quarter_turn() -> Mat2 {
 
 /// `−k (n nᵀ + (l − l0)/l (I − n nᵀ))`.
 fn elastic_dx(pair: &Pair, p: &Parameters) -> Mat2 {
-    -p["k"] * (pair.nn() + (pair.l() - p["l0"]) / pair.l() * pair.across())
+    let strain = if p["l0"] == 0.0 { 1.0 } else { (pair.l() - p["l0"]) / pair.l() };
+    -p["k"] * (pair.nn() + strain * pair.across())
 }
 
 /// `−2 k ((l²/l0² − 1) I + 2 l²/l0² n nᵀ)`.
@@ -447,6 +449,9 @@ fn green_dx(pair: &Pair, p: &Parameters) -> Mat2 {
 
 /// `−(b/l) (n·w I + n wᵀ) (I − n nᵀ)`.
 fn damping_dx(pair: &Pair, p: &Parameters) -> Mat2 {
+    if p["b"] == 0.0 {
+        return Mat2::zeros();
+    }
     let (n, w) = (pair.n(), pair.w());
     -p["b"] / pair.l() * (n.dot(&w) * Mat2::identity() + n * w.transpose()) * pair.across()
 }

@@ -6,6 +6,9 @@ use scene::{Dimension, Particle, Scene};
 /// Ratio of masses from which they are far apart.
 const FAR: f64 = 50.0;
 
+/// The same of masses that are very far apart.
+const VERY_FAR: f64 = 1e4;
+
 /// A mass from which on a particle is heavy; its inverse is that of a light one.
 const HEAVY: f64 = 1000.0;
 
@@ -22,7 +25,7 @@ pub struct Pair {
 type Holds = fn(&Scene) -> bool;
 
 /// The circumstances by name.
-const ALL: [(&str, Holds); 22] = [
+const ALL: [(&str, Holds); 24] = [
     ("one particle", |scene| scene.particles.len() == 1),
     ("many particles", |scene| scene.particles.len() > 8),
     ("fixed", |scene| any(scene, |particle| particle.fixed)),
@@ -30,10 +33,8 @@ const ALL: [(&str, Holds); 22] = [
     ("at rest", |scene| !any(scene, is_moving)),
     ("unit mass", |scene| any(scene, |particle| particle.mass == 1.0)),
     ("equal masses", |scene| scene.particles.windows(2).any(|pair| pair[0].mass == pair[1].mass)),
-    ("masses far apart", |scene| {
-        let masses = || scene.particles.iter().map(|particle| particle.mass);
-        masses().fold(0.0, f64::max) > FAR * masses().fold(f64::INFINITY, f64::min)
-    }),
+    ("masses far apart", |scene| mass_ratio(scene) > FAR),
+    ("masses very far apart", |scene| mass_ratio(scene) > VERY_FAR),
     ("light", |scene| any(scene, |particle| particle.mass < 1.0 / HEAVY)),
     ("heavy", |scene| any(scene, |particle| particle.mass > HEAVY)),
     ("without motion in an axis", |scene| {
@@ -81,6 +82,7 @@ const ALL: [(&str, Holds); 22] = [
     ("a parameter is 1", |scene| {
         scene.forces.iter().any(|element| element.parameters.contains(&1.0))
     }),
+    ("no step", |scene| scene.n_steps() == 0),
     ("one step", |scene| scene.n_steps() == 1),
     ("many steps", |scene| scene.n_steps() > 20),
     ("cut last step", |scene| (scene.duration / scene.time_step).fract() != 0.0),
@@ -89,6 +91,12 @@ const ALL: [(&str, Holds); 22] = [
 
 fn any(scene: &Scene, is: fn(&Particle) -> bool) -> bool {
     scene.particles.iter().any(is)
+}
+
+/// The largest mass over the smallest.
+fn mass_ratio(scene: &Scene) -> f64 {
+    let masses = || scene.particles.iter().map(|particle| particle.mass);
+    masses().fold(0.0, f64::max) / masses().fold(f64::INFINITY, f64::min)
 }
 
 fn is_moving(particle: &Particle) -> bool {

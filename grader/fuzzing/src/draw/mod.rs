@@ -14,7 +14,7 @@ mod text;
 mod values;
 
 use scene::schema::{
-    ForceSchema, Initial, IntegratorOptions, IntegratorSchema, OptionKind, Stencil,
+    ForceSchema, Initial, IntegratorOptions, IntegratorSchema, Masses, OptionKind, Stencil,
 };
 use scene::{
     Dimension, Edge, ForceElement, PARTICLE_RADIUS, ParseOptions, Particle, Particles, Scene,
@@ -181,9 +181,10 @@ fn particles(scene: &mut Scene, count: usize, choices: &mut Choices) {
     let axes = scene.dimension.count();
     let (is_still, has_fixed) = (choices.chance(5), choices.chance(5));
     let size = choices.one_of(&[1.0, 1.0, 1.0, 10.0, 0.1]);
+    let is_uneven = choices.chance(2);
     for number in 0..count {
         let before = &scene.particles[..number];
-        let mass = values::mass(before, choices);
+        let mass = values::mass(before, is_uneven, choices);
         let (mut position, mut velocity) = ([0.0; 3], [0.0; 3]);
         for (axis, value) in position.iter_mut().enumerate().take(axes) {
             let others: Vec<f64> = before.iter().map(|other| other.position[axis]).collect();
@@ -275,6 +276,15 @@ fn options(options: &mut IntegratorOptions, integrator: &IntegratorSchema, choic
     }
 }
 
+/// Time steps, times the largest rate of a scene.
+const STEPS: [f64; 8] = [0.5, 0.15, 0.05, 0.015, 0.005, 2.0, 8.0, 30.0];
+
+/// How many of these are drawn for a long motion. The others would make it explode, and take Newton's method many iterations.
+const SMALL: usize = 5;
+
+/// Steps of a long motion.
+const LONG: usize = 4;
+
 /// The largest rate of a scene, `√(k/m)` and `b/m` of its elements, is at least this.
 const SLOWEST: f64 = 1.0;
 
@@ -292,21 +302,29 @@ fn time(scene: &mut Scene, choices: &mut Choices) {
                 Initial::Hinge => 1.0 / element.hinge_weight(&scene.particles).max(1.0),
                 Initial::None | Initial::BoxDiagonal => 1.0,
             };
-            let of_law = (scale / (lightest * length)).abs();
+            let heaviest = stencil.iter().map(|number| scene.particles[*number].mass);
+            let of_masses = match element.schema.masses {
+                Masses::None => 1.0,
+                Masses::Own => lightest,
+                Masses::Product => lightest * heaviest.fold(0.0, f64::max),
+            };
+            let of_law = (scale * of_masses / (lightest * length)).abs();
             rate = rate.max(if of_law.is_finite() { of_law.sqrt().max(0.5 * of_law) } else { 0.0 });
         }
     }
-    let step = values::significant(0.5 / rate * choices.one_of(&[1.0, 0.3, 0.1, 0.03, 0.01]), 2);
-    let step = if choices.chance(2) { choices.one_of(&[0.01, 0.1, 0.5, 1.0]) } else { step };
-    let count = match choices.below(16) {
-        0..=4 => 1,
-        5..=9 => 2 + choices.below(2),
-        10..=14 => 4 + choices.below(17),
+    let count = match choices.below(32) {
+        0..=8 => 1,
+        9..=18 => 2 + choices.below(2),
+        19..=28 => 4 + choices.below(17),
+        29 => 0,
         _ => 20 + choices.below(MOST_STEPS - 19),
     };
     // A long run of many particles shows what shorter or smaller ones do.
-    let count = count.min(MOST_PLACES / scene.particles.len()).max(1);
-    let is_cut = choices.chance(4);
+    let count = count.min(MOST_PLACES / scene.particles.len());
+    let sizes = if count < LONG { &STEPS[..] } else { &STEPS[..SMALL] };
+    let step = values::significant(choices.one_of(sizes) / rate, 2);
+    let step = if choices.chance(2) { choices.one_of(&[0.01, 0.1, 0.5, 1.0]) } else { step };
+    let is_cut = count > 0 && choices.chance(4);
     let share = if is_cut { choices.one_of(&[0.5, 0.25, 0.8]) } else { 0.0 };
     let mut duration = (count as f64 - share) * step;
     // 0.3 / 0.1 is below 3 in floating point, and 2.1 / 0.3 above 7.

@@ -20,8 +20,11 @@ fn within((low, high): (f64, f64), choices: &mut Choices) -> f64 {
     significant(value, 3)
 }
 
-/// A mass: of three decades, that of another particle, or 1.
-pub(super) fn mass(before: &[Particle], choices: &mut Choices) -> f64 {
+/// A mass: of a decade or four, or of twelve in an uneven scene; that of another particle, or 1.
+pub(super) fn mass(before: &[Particle], is_uneven: bool, choices: &mut Choices) -> f64 {
+    if is_uneven {
+        return within((1e-6, 1e6), choices);
+    }
     match choices.below(8) {
         0 => 1.0,
         1 if !before.is_empty() => before[choices.below(before.len())].mass,
@@ -78,7 +81,9 @@ fn parameter(
         5 => 1.0,
         6 if schema.is_length => length,
         7 if schema.is_length => significant(length * choices.one_of(&[0.5, 0.9, 1.1, 2.0]), 3),
-        8 => significant(typical(choices) * choices.one_of(&[0.01, 0.1, 10.0, 100.0]), 3),
+        8 => {
+            significant(typical(choices) * choices.one_of(&[1e-4, 0.01, 0.1, 10.0, 100.0, 1e4]), 3)
+        }
         9 if schema.domain == Domain::Finite => -typical(choices),
         _ => typical(choices),
     };

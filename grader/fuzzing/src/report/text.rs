@@ -137,7 +137,11 @@ fn write_scene(out: &mut dyn Write, discovery: &Discovery) -> io::Result<()> {
     for symmetry in broken {
         writeln!(out, "   {}", symmetry.broken())?;
     }
-    for line in text.lines() {
+    let shown = text.replace('\t', "\\t").replace("\r\n", "\\r\n").replace('\r', "\\r\n");
+    if shown != *text {
+        writeln!(out, "   in the file, \\t is a tab, and \\r a carriage return")?;
+    }
+    for line in shown.lines() {
         writeln!(out, "     {line}")?;
     }
     Ok(())

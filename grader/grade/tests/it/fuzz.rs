@@ -146,7 +146,7 @@ fn the_last_scene_of_a_served_run_that_fails_is_run_by_itself() {
 #[test]
 fn a_proven_cause_has_one_entry() {
     let masses =
-        r#"sed -E "s/ m *= *[\"'][^\"']*[\"']/ m='1'/g" "$scene" > light.xml; scene=light.xml"#;
+        r#"sed -zE "s/\sm\s*=\s*[\"'][^\"']*[\"']/ m='1'/g" "$scene" > light.xml; scene=light.xml"#;
     let mistaken = format!("{masses}; MISTAKE='drag without its Jacobian' {CALL}");
     let (report, code) = served(&serving("fuzz-masses", &mistaken, &each(&mistaken)), "384");
     assert_eq!(code, 1, "{report}");

@@ -30,14 +30,15 @@ static void refuse(const char *what, const char *which) {
   exit(1);
 }
 
+#define SPACE " \t\r\n"
+
 /* An attribute's text, from behind its opening quote on; NULL if the tag has none of this name. */
 static const char *attribute(const char *tag, const char *name) {
-  const char *end = strchr(tag, '>'), *at = tag;
+  const char *at = tag + strcspn(tag, SPACE "/>"), *quote;
   size_t length = strlen(name);
-  while ((at = strstr(at, name)) && at < end) {
-    const char *equals = at + length + strspn(at + length, " \n");
-    if (strchr(" \n", at[-1]) && *equals == '=') return strpbrk(equals, "\"'") + 1;
-    at += length;
+  while (*(at += strspn(at, SPACE)) != '/' && (quote = strpbrk(at, "\"'>")) && *quote != '>') {
+    if (!strncmp(at, name, length) && strchr(SPACE "=", at[length])) return quote + 1;
+    at = strchr(quote + 1, *quote) + 1;
   }
   return NULL;
 }
@@ -49,7 +50,7 @@ static double number(const char *tag, const char *name, double otherwise) {
 
 /* Reads an element if it is an edge, or if it is another one. */
 static void element(const char *tag, int is_edge) {
-  size_t length = strcspn(tag, " />\n");
+  size_t length = strcspn(tag, SPACE "/>");
 #define TAG(name) (length == strlen(name) && !strncmp(tag, name, length))
   if (TAG("edge") != is_edge) return;
   if (TAG("duration")) duration = number(tag, "time", 0);
@@ -106,6 +107,8 @@ static void forces(const double *q) {
     double r2 = dx * dx + dy * dy, r = sqrt(r2), fx, fy;
     if (link[e].spring) {
       double k = link[e].a, l0 = link[e].b, b = link[e].c, dw = dx * wx + dy * wy;
+      /* in one place, only a spring with l0 = b = 0 has a force */
+      if (r == 0) r = r2 = 1;
       /* f = -k (1 - l0/r) d - b (d.w) d / r2 */
       double c = k * (1 - l0 / r) + b * dw / r2;
       double g = is("l0/r² in dF/dx") ? k * l0 / r2 : k * l0 / (r2 * r);

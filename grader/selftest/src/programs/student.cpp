@@ -82,6 +82,8 @@ static bool by(const char *name) {
 // Force on i and its derivatives by d = x_i - x_j and w = v_i - v_j.
 static void law(const Pair &e, const Real *d, const Real *w, Real *f, Mat *K, Mat *B) {
   Real l = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+  // In one place, only a spring with l0 = b = 0 has a force.
+  if (l == 0) l = 1;
   Real nn[2] = {d[0] / l, d[1] / l};
   Real nw = nn[0] * w[0] + nn[1] * w[1];
   Mat along = outer(nn, nn), across = I + Real(-1) * along;
@@ -439,12 +441,12 @@ static void parse(const std::string &text, bool edges) {
   for (size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at + 1)) {
     if (text.compare(at, 4, "<!--") == 0) at = text.find("-->", at);
     if (text[at + 1] == '/' || text[at + 1] == '?' || text[at] == '-') continue;
-    size_t end = text.find_first_of(" \t\r\n/>", at + 1), close = text.find('>', at);
+    size_t end = text.find_first_of(" \t\r\n/>", at + 1);
     std::string tag = text.substr(at + 1, end - at - 1);
     Attributes attributes;
     while (true) {
       size_t name = text.find_first_not_of(" \t\r\n/", end), open = text.find_first_of("\"'", name);
-      if (name >= close || open >= close) break;
+      if (text[name] == '>') break;  // a value may hold one
       size_t shut = text.find(text[open], open + 1);
       attributes[text.substr(name, text.find_first_of(" \t\r\n=", name) - name)] = text.substr(open + 1, shut - open - 1);
       end = shut + 1;

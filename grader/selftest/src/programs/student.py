@@ -48,7 +48,8 @@ def turn(vector):
 
 def spring(d, w, k, l0, b):
     """Force on the first particle, its derivatives by d and by w."""
-    size, length = len(d), math.sqrt(dot(d, d))
+    # In one place, only a spring with l0 = b = 0 has a force.
+    size, length = len(d), math.sqrt(dot(d, d)) or 1.0
     n = [c / length for c in d]
     rate = dot(n, w)
     force = [-(k * (length - l0) + b * rate) * c for c in n]

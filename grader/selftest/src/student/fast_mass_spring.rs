@@ -64,7 +64,7 @@ impl FastMassSpring {
             matrix: [quantity, inertia, quantity],
             right: [quantity, inertia, quantity, Coefficient::new(0, 0)],
             incidence: [1.0, -1.0],
-            local: |v, l0| l0 * v.normalize(),
+            local: |v, l0| if l0 == 0.0 { Vec3::zeros() } else { l0 * v.normalize() },
             rounds: |rounds| rounds,
             first: |q, _, _| q,
             ahead: |q, v, h| q + h * v,

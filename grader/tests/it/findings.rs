@@ -178,6 +178,8 @@ const CHANGES: &[&str] = &[
     "linearized-implicit-euler: back substitution leaves out the unknown next to the diagonal",
     "linearized-implicit-euler: the elimination takes the absolute value of each row's factor",
     "implicit-euler: M (u − v) is missing on the right-hand side; Newton's method ends after 50 iterations",
+    "implicit-euler: Newton's method takes the velocity for its change over the step, in M (u − v) and where forces are evaluated",
+    "implicit-euler: Newton's method takes the velocity for its change over the step, where forces are evaluated",
     "in all forces, lengths have no root: l is d·d",
     "in all forces, directions are divided by the length twice: n is d/l²",
     "dF/dx of gravitationalforce has its block j j added to the block i i",

@@ -1347,6 +1347,15 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
             );
             all.push(change(Rule::Unmoved { positions, velocities }, 1, words));
         }
+        for (inertia, forces, what) in [
+            (true, true, "in M (u − v) and where forces are evaluated"),
+            (true, false, "in M (u − v)"),
+            (false, true, "where forces are evaluated"),
+        ] {
+            let words =
+                format!("Newton's method takes the velocity for its change over the step, {what}");
+            all.push(change(Rule::WholeChange { inertia, forces }, 1, words));
+        }
         let words = "Newton's method makes no iteration after the first step";
         all.push(change(Rule::Once, 2, words.to_owned()));
         let ends = newton_ends().into_iter();

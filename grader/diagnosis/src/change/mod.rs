@@ -749,6 +749,13 @@ pub enum Rule {
     Linearized(Linearized),
     /// `x' = x + h v` first, and forces there.
     PositionsFirst,
+    /// Newton's method takes the velocity for its change over the step.
+    WholeChange {
+        /// In `M (u − v)`.
+        inertia: bool,
+        /// Where forces are evaluated, with `v + u`.
+        forces: bool,
+    },
     /// Newton's method evaluates forces and Jacobians at the same positions, velocities or both in every iteration: those
     /// of its first guess.
     Unmoved {

@@ -183,6 +183,8 @@ pub(super) struct Rules {
     pub(super) blocks: Option<Axes>,
     /// Whether positions and velocities of every iteration are those of the first one.
     pub(super) unmoved: [bool; 2],
+    /// The velocity is taken for its change, in the inertia and where forces are evaluated.
+    pub(super) whole_change: [bool; 2],
     /// Whether the solution is taken for the new velocity, and whether of free particles alone.
     pub(super) whole: Option<bool>,
     /// Whether Newton's method adds each update to the velocities of its start.
@@ -337,6 +339,7 @@ impl Model {
             stale_jacobians: false,
             blocks: None,
             unmoved: [false; 2],
+            whole_change: [false; 2],
             whole: None,
             restarted: false,
             once: false,
@@ -620,6 +623,9 @@ impl Model {
             Rule::Stale(stale) => rules.stale = Some(stale),
             Rule::StaleJacobians => rules.stale_jacobians = true,
             Rule::Blocks(axes) => rules.blocks = Some(axes),
+            Rule::WholeChange { inertia, forces } => {
+                rules.whole_change = [inertia, forces];
+            }
             Rule::Unmoved { positions, velocities } => {
                 rules.unmoved = [positions, velocities];
                 // The matrix is that of another equation: the method converges slowly.

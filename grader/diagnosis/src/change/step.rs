@@ -365,6 +365,9 @@ impl Model {
         });
         let mut x = old.positions.clone();
         let (mut along, mut u) = (along.to_vec(), u.to_vec());
+        if self.rules.whole_change[1] && self.method == Some(OnePoint::Implicit) {
+            u.iter_mut().zip(&old.velocities).for_each(|(u, old)| *u += old);
+        }
         let copy = |velocities: &mut [f64], [from, to]: [usize; 2]| {
             for velocity in velocities.chunks_mut(self.dimension) {
                 velocity[to] = velocity[from];
@@ -590,7 +593,8 @@ impl Model {
         });
         let (power, sign) = self.rules.inertia_right;
         let mut right = DVector::from_fn(size, |dof, _| {
-            let kept = self.rules.old * old.velocities[dof];
+            let [is_whole, _] = self.rules.whole_change;
+            let kept = if is_whole { 0.0 } else { self.rules.old * old.velocities[dof] };
             let inertia = sign * self.mass[dof].powi(power) * (u[dof] - kept);
             self.force_coefficient(dof) * force[dof] - inertia
         });
@@ -975,6 +979,7 @@ impl Model {
         let delta = self.solution(sample);
         let of_old = 1.0 - self.rules.old;
         let inertia = |dof: usize| {
+            let of_old = if self.rules.whole_change[0] { 1.0 } else { of_old };
             let (mass, old) = (self.mass[dof], of_old * sample.before.velocities[dof]);
             let (right, sign) = self.rules.inertia_right;
             let of_matrix = mass.powi(self.rules.inertia_matrix) + self.rules.diagonal;

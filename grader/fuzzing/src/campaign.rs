@@ -241,13 +241,15 @@ impl Memory {
         for pair in pairs(&drawn.scene) {
             *self.covered.entry(pair).or_default() += 1;
         }
-        if let Judgement::Right(Run { used, .. }) = judgement {
+        if let Judgement::Right(Run { used, .. }) = judgement
+            && self.kept.len() < MOST_KEPT
+        {
             let size = if *used > 0.0 { used.log2().floor() as i32 } else { i32::MIN };
             let iterations = match drawn.scene.integrator.convergence {
                 Convergence::Update(_) => statistics(&drawn.scene).max_newton_iterations,
                 _ => 0,
             };
-            if self.kept.len() < MOST_KEPT && self.seen.insert((features, size, iterations)) {
+            if self.seen.insert((features, size, iterations)) {
                 self.kept.push(drawn.choices.clone());
             }
         }

@@ -4,7 +4,6 @@
 //! scene's own say which of them it does not read.
 
 use std::collections::BTreeMap;
-use std::str;
 
 use quick_xml::Reader;
 use quick_xml::events::Event;
@@ -93,8 +92,11 @@ fn unread(program: &Program, oracle: &Oracle, judged: &Judged<'_>) -> Option<Str
         return None;
     }
     let text = read_text(&file.path, MAX_MEBIBYTES).ok()?;
-    // Every scene of the suite has comments.
-    if plainly(&text, &[Habit::Comments]) == plainly(&text, &Habit::ALL) {
+    let mut written = Vec::new();
+    write::write(&case.scene, &mut written).ok()?;
+    let written = String::from_utf8(written).ok()?;
+    let plain = plainly(&text, &Habit::ALL);
+    if is_plain(&text, &plain, &written) {
         return None;
     }
     let reach = |text: &str| {
@@ -103,27 +105,49 @@ fn unread(program: &Program, oracle: &Oracle, judged: &Judged<'_>) -> Option<Str
         });
         reached(&case.scene, &comparison.verdict, &states)
     };
-    let mut written = Vec::new();
-    write::write(&case.scene, &mut written).ok()?;
-    let best = reach(str::from_utf8(&written).ok()?);
+    let best = reach(&written);
     if best <= reached(&case.scene, verdict, states) {
         return None;
     }
     let is_unread = |habit: &Habit| {
         let others: Vec<Habit> = Habit::ALL.into_iter().filter(|other| other != habit).collect();
         let alone = plainly(&text, &others);
-        alone != plainly(&text, &Habit::ALL) && reach(&alone) < best
+        alone != plain && reach(&alone) < best
     };
-    let unread: Vec<&str> = match reach(&plainly(&text, &Habit::ALL)) < best {
-        true => Vec::new(),
-        false => {
-            Habit::ALL.iter().filter(|habit| is_unread(habit)).map(|one| one.words()).collect()
-        }
+    let mut unread: Vec<&str> = Vec::new();
+    if reach(&plain) == best {
+        unread.extend(Habit::ALL.iter().filter(|habit| is_unread(habit)).map(|one| one.words()));
+    }
+    if unread.is_empty() {
+        return Some("something in how these files are written is".to_owned());
+    }
+    Some(format!("{} are", unread.join(", and ")))
+}
+
+/// Whether a file is as `written`, but for comments, blank lines and indentation. `plain` is the file without habits.
+fn is_plain(text: &str, plain: &str, written: &str) -> bool {
+    let lines = plainly(text, &[Habit::Comments]);
+    let has_one_a_line = lines.lines().all(|line| line.matches('<').count() <= 1);
+    let in_file = outline(plain);
+    let in_written = outline(written);
+    let is_in_order = |(here, there): (&Vec<&str>, &Vec<&str>)| {
+        there.iter().filter(|name| here.contains(name)).eq(here.iter())
     };
-    Some(match unread.is_empty() {
-        true => "something in how these files are written is".to_owned(),
-        false => format!("{} are", unread.join(", and ")),
-    })
+    plainly(text, &[Habit::Comments, Habit::Lines]) == plain
+        && has_one_a_line
+        && in_file.len() == in_written.len()
+        && in_file.iter().zip(&in_written).all(is_in_order)
+}
+
+/// The tag of each element, and the names of its attributes, in a file with one element a line and double quotes.
+fn outline(text: &str) -> Vec<Vec<&str>> {
+    let elements = text.lines().filter(|line| line.trim_start().starts_with('<'));
+    let names = elements.map(|line| {
+        let outside_quotes = line.split('"').step_by(2);
+        let words = outside_quotes.flat_map(|part| part.split(['<', '/', '>', '=', ' ']));
+        words.filter(|word| !word.is_empty()).collect()
+    });
+    names.collect()
 }
 
 fn reached(scene: &Scene, verdict: &Verdict, states: &[State]) -> Reached {
@@ -241,5 +265,22 @@ mod tests {
         {
             assert_eq!(plainly(TEXT, &[habit]), TEXT.replace(from, to), "{habit:?}");
         }
+    }
+
+    #[test]
+    fn a_file_in_the_usual_order_is_plain() {
+        let written =
+            "<scene>\n  <edge i=\"0\" j=\"1\" radius=\"0.1\"/>\n  <drag b=\"1.0\"/>\n</scene>\n";
+        let is_plain = |text: &str| is_plain(text, &plainly(text, &Habit::ALL), written);
+        let edge = "<edge i=\"0\" j=\"1\"/>";
+        let drag = "<drag b=\"1.0\"/>";
+        let file = |elements: [&str; 2]| {
+            format!("<!-- a -->\n<scene>\n\n {}\n</scene>", elements.join("\n"))
+        };
+        assert!(is_plain(&file([edge, drag])));
+        assert!(!is_plain(&file([drag, edge])));
+        assert!(!is_plain(&file(["<edge j=\"1\" i=\"0\"/>", drag])));
+        assert!(!is_plain(&file([edge, "<drag b='1.0'/>"])));
+        assert!(!is_plain(&file([edge, drag]).replace("/>\n<", "/><")));
     }
 }

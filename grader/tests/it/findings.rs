@@ -246,7 +246,7 @@ const CHANGES: &[&str] = &[
     "explicit-euler: each coordinate moves before the forces on the next are evaluated",
     "symplectic-euler: each component of the velocities changes before the forces on the next are evaluated",
     "explicit-euler: no force acts in the first step, as where forces are evaluated after their use",
-    "symplectic-euler: forces are evaluated at the positions of the step before; there are none in the first step",
+    "symplectic-euler: forces are evaluated at the positions of the step before, and no force acts in the first step",
     "linearized-implicit-euler: the matrix lacks the blocks below its diagonal",
     "linearized-implicit-euler: the matrix is divided by the masses, and the right-hand side is not",
     "linearized-implicit-euler: back substitution reads entries of the column below the diagonal in the place of those of the row",

@@ -78,13 +78,9 @@ const TOO_OFTEN_H: &str = "is multiplied by h once too often";
 /// Ends the words of a change of a force that its Jacobians have as well.
 const IN_JACOBIANS: &str = ", in its Jacobians as well";
 
-/// Ends the words of a change of forces that Jacobians do not have.
-const IN_FORCES: &str = ", in forces alone";
-
-/// Words of a change say nothing of the Jacobians of a force.
+/// Words of a change of a force and its Jacobians become those of the force alone.
 pub fn say_force_alone(change: &mut Change) {
-    let words = &change.words;
-    if let Some(alone) = [IN_JACOBIANS, IN_FORCES].iter().find_map(|end| words.strip_suffix(end)) {
+    if let Some(alone) = change.words.strip_suffix(IN_JACOBIANS) {
         change.words.truncate(alone.len());
     }
 }
@@ -317,11 +313,9 @@ pub fn gated(term: Term, quantities: &'static [Quantity], gate: Gate) -> Change 
         if gate.factor == 0.0 { "is left out".to_owned() } else { factor_words(gate.factor) };
     let where_it_is = gate.words(term.schema().stencil.is_field());
     let is_natural = gate.at == 0.0 || gate.measure.is_count();
-    let is_alone = quantities == FORCE && term.schema().depends_on().has_jacobian();
-    let alone = if is_alone { IN_FORCES } else { "" };
     Change {
         place: whole.place,
-        words: format!("{subject} {what} {where_it_is}{alone}"),
+        words: format!("{subject} {what} {where_it_is}"),
         effect: Effect::Gate(term, quantities, gate),
         rank: if is_natural { 2 } else { 3 },
     }
@@ -1115,7 +1109,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             false,
             true,
             2,
-            "forces are evaluated at the positions of the step before; there are none in the first step",
+            "forces are evaluated at the positions of the step before, and no force acts in the first step",
         ),
         (false, true, false, 2, "forces are evaluated with the velocities of the step before"),
         (
@@ -1123,7 +1117,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             true,
             true,
             2,
-            "forces are evaluated with the velocities of the step before; there are none in the first step",
+            "forces are evaluated with the velocities of the step before, and no force acts in the first step",
         ),
     ] {
         add(Rule::Stale(Stale { positions, velocities, none_first }), rank, words);

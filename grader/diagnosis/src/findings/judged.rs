@@ -30,6 +30,25 @@ pub struct JudgedScene<'a> {
     pub states: &'a [State],
 }
 
+#[cfg(test)]
+impl<'a> JudgedScene<'a> {
+    /// A required scene whose numbers are wrong.
+    pub(super) fn wrong(name: &'a str, scene: &'a Scene, states: &'a [State]) -> Self {
+        Self {
+            name,
+            scene,
+            is_required: true,
+            outcome: Outcome::Differs,
+            first_wrong: None,
+            largest: [1.0; 2],
+            has_positions_alone: false,
+            has_other_root: false,
+            envelope: Vec::new(),
+            states,
+        }
+    }
+}
+
 /// How the run of a scene ended. The form of a trace is judged before its numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {

@@ -961,18 +961,7 @@ mod tests {
     }
 
     fn judged<'a>(name: &'a str, scene: &'a Scene) -> JudgedScene<'a> {
-        JudgedScene {
-            name,
-            scene,
-            is_required: true,
-            outcome: Outcome::Differs,
-            first_wrong: None,
-            largest: [1.0; 2],
-            has_positions_alone: false,
-            has_other_root: false,
-            envelope: Vec::new(),
-            states: &[],
-        }
+        JudgedScene::wrong(name, scene, &[])
     }
 
     #[test]

@@ -682,18 +682,7 @@ mod tests {
             let made = model.step(&mut Memory::default(), step, None, before);
             states.push(made.expect("a step").state);
         }
-        let judged = JudgedScene {
-            name: "a",
-            scene: &scene,
-            is_required: true,
-            outcome: Outcome::Differs,
-            first_wrong: None,
-            largest: [1.0; 2],
-            has_positions_alone: false,
-            has_other_root: false,
-            envelope: Vec::new(),
-            states: &states,
-        };
+        let judged = JudgedScene::wrong("a", &scene, &states);
         let limits = Thresholds::default();
         let evidence = SceneEvidence::of(&judged, &limits);
         let mut search = Search::new(&[Marked::new(&evidence)], &limits);

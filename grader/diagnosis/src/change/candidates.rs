@@ -2115,19 +2115,20 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     }
     // Of rounds, masses and springs are tasks, and their scenes need not list forces.
     let is_of_task = |change: &Change| {
-        use SceneRule::{FirstMass, IntegerMasses, Masses, NotLastForce, OneForce};
+        use SceneRule::{FirstMass, IntegerMasses, Masses, NotFirstForce, NotLastForce, OneForce};
+        let is_of_masses =
+            matches!(change.effect, Effect::Scene(Masses(_) | FirstMass | IntegerMasses));
+        let is_of_list = matches!(
+            change.effect,
+            Effect::Scene(NotFirstForce { .. } | NotLastForce { .. } | OneForce { .. })
+        );
         let is_of_springs = matches!(change.place, Place::Force(Term { tag: "springforce", .. }));
-        is_of_springs
-            || matches!(
-                change.effect,
-                Effect::Scene(
-                    Masses(_) | FirstMass | IntegerMasses | OneForce { .. } | NotLastForce { .. }
-                )
-            )
+        is_of_masses || is_of_list || is_of_springs
     };
-    all.retain(|change| !(is_of_rounds(scene) && is_of_task(change)));
-    all.extend(partly(&all));
-    if !is_of_rounds(scene) {
+    if is_of_rounds(scene) {
+        all.retain(|change| !is_of_task(change));
+    } else {
+        all.extend(partly(&all));
         all.extend(taken_as_fixed());
     }
     all

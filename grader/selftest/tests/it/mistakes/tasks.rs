@@ -94,30 +94,55 @@ fn outcomes(written: Writing, count: usize) -> Vec<(String, Outcome, Vec<String>
     sample(mistakes(&inputs), count).par_iter().map(outcome).collect()
 }
 
-/// How many are named, pointed at and without a cause; none is misnamed.
-fn counts(outcomes: &[(String, Outcome, Vec<String>)]) -> [usize; 3] {
-    let of = |wanted: Outcome| outcomes.iter().filter(move |(_, outcome, _)| *outcome == wanted);
-    assert_eq!(of(Outcome::Misnamed).collect::<Vec<_>>(), [] as [&_; 0]);
-    [Outcome::Named, Outcome::PointedAt, Outcome::NoCause].map(|wanted| of(wanted).count())
+/// Mistakes with the same positions as one in another task.
+const POINTED_AT: [&str; 9] = [
+    "springs, missing",
+    "springs in b, missing",
+    "springs in b, wrong sign",
+    "local step, d without l0",
+    "local step, d is the spring itself",
+    "local step, wrong sign of d",
+    "rest lengths, squared",
+    "rest lengths, all 0",
+    "external forces missing",
+];
+
+/// Mistakes without a cause. `docs/internals.md` counts both lists, and the others, which are named.
+const NO_CAUSE: [&str; 3] = [
+    "inertia in Q, not over h²",
+    "local step, springs pull only",
+    "damps velocities by a hundredth",
+];
+
+fn expected(name: &str) -> Outcome {
+    let is_in =
+        |list: &[&str]| list.iter().any(|known| name == format!("fast mass-spring, {known}"));
+    if is_in(&POINTED_AT) {
+        Outcome::PointedAt
+    } else if is_in(&NO_CAUSE) {
+        Outcome::NoCause
+    } else {
+        Outcome::Named
+    }
 }
 
-/// `docs/internals.md` states these counts.
-const COUNTS: [usize; 3] = [57, 9, 3];
+/// The outcome of `count` mistakes, with velocities and by positions alone.
+fn assert_outcomes(count: usize) {
+    for (written, writing) in [("velocities", WITH_VELOCITIES), ("positions", POSITIONS_ALONE)] {
+        let mut all = outcomes(writing, count);
+        all.retain(|(name, outcome, _)| *outcome != expected(name));
+        assert!(all.is_empty(), "{written}: {all:#?}");
+    }
+}
 
 #[test]
 fn sampled_mistakes_are_named_by_their_task() {
-    for written in [WITH_VELOCITIES, POSITIONS_ALONE] {
-        let outcomes = outcomes(written, 2);
-        let [_, pointed_at, nothing] = counts(&outcomes);
-        assert!(pointed_at <= COUNTS[1] && nothing <= COUNTS[2], "{outcomes:#?}");
-    }
+    assert_outcomes(2);
 }
 
 #[test]
 #[ignore = "long: two minutes"]
 fn long_no_mistake_is_named_by_another_task() {
-    for (name, written) in [("velocities", WITH_VELOCITIES), ("positions", POSITIONS_ALONE)] {
-        let outcomes = outcomes(written, usize::MAX);
-        assert_eq!(counts(&outcomes), COUNTS, "{name}: {outcomes:#?}");
-    }
+    assert_eq!(mistakes(&Inputs::of(ASSIGNMENT)).len(), 69);
+    assert_outcomes(usize::MAX);
 }

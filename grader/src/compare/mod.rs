@@ -317,7 +317,12 @@ impl Comparer {
                 let failure = Failure::TooShort { states: self.states, expected: n_states };
                 return Err(Verdict::Fail(failure));
             }
-            self.check_form(&got, actual).map_err(Verdict::Fail)?;
+            if let Err(failure) = self.check_form(&got, actual) {
+                if matches!(&failure, Failure::Malformed { fault: FormFault::Time { .. }, .. }) {
+                    self.watch_on(oracle, actual, [&mut expected, &mut got], watch);
+                }
+                return Err(Verdict::Fail(failure));
+            }
             if let Some(beyond) = self.beyond.as_mut().filter(|_| self.compares_velocities) {
                 beyond.check_step(self.states, &self.recent, &got);
             }
@@ -348,6 +353,27 @@ impl Comparer {
             return Err(Verdict::Fail(Failure::TooLong { expected: n_states }));
         }
         Ok(())
+    }
+
+    /// Shows this state, whose time is wrong, and those that follow, as long as both traces have finite ones. They are not
+    /// measured.
+    fn watch_on(
+        &self,
+        oracle: &mut dyn TraceReader,
+        actual: &mut dyn StateSource,
+        [expected, got]: [&mut State; 2],
+        watch: &mut dyn FnMut(Pair<'_>),
+    ) {
+        for step in self.states..self.expectation.n_states {
+            if self.not_finite(got).is_some() {
+                return;
+            }
+            watch(Pair { step, expected, got, bounds: None, is_wrong: true });
+            let is_read = matches!(oracle.read(expected), Ok(true));
+            if !is_read || !matches!(actual.read(got), Ok(true)) {
+                return;
+            }
+        }
     }
 
     /// The fault beyond the horizon.

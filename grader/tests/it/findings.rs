@@ -617,6 +617,25 @@ fn a_time_step_that_differs_in_each_scene_is_named() {
 }
 
 #[test]
+fn a_mistake_beside_another_time_step_is_named() {
+    let change = candidate("gravitationalforce lacks the factor m_i");
+    for (words, rule) in [
+        ("dt is rounded to single precision", (|dt| f64::from(dt as f32)) as fn(f64) -> f64),
+        ("dt is always taken as 0.01", |_| 0.01),
+    ] {
+        let found = findings_of(|scene| {
+            let mut read = scene.clone();
+            read.time_step = rule(scene.time_step);
+            let mut all = states(&read, std::slice::from_ref(&change));
+            let timed = all.iter_mut().enumerate();
+            timed.for_each(|(number, state)| state.time = Some(number as f64 * read.time_step));
+            all
+        });
+        assert_said(&found, &[words, &change.words]);
+    }
+}
+
+#[test]
 fn a_state_too_many_in_every_scene_is_told_from_other_counts() {
     let found = findings(&[], |mut states| {
         states.extend(states.last().cloned());

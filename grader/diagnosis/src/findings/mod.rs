@@ -498,23 +498,13 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
     // Times that count by the one time step are those of a constant dt.
     let (time_steps, mut kinds): (Vec<_>, Vec<_>) =
         kinds.into_iter().partition(|(kind, _)| is_time_step(kind));
-    // Nor is it constant where a scene of another one passed.
-    let is_refuted = |number: usize| {
-        let Outcome::OtherTimes(step) = scenes[number].judged.outcome else { return false };
-        let is_other = |scene: &Marked<'_>| (scene.scene.time_step - step).abs() > 1e-9 * step;
-        scenes.iter().any(|scene| scene.passed && is_other(scene))
-    };
-    let is_constant = |numbers: &[usize]| {
-        let mut steps = numbers.iter().map(|number| scenes[*number].scene.time_step);
-        let first = steps.next();
-        steps.any(|step| Some(step) != first) && !numbers.iter().any(|number| is_refuted(*number))
-    };
     match time_steps.as_slice() {
-        [(_, numbers)] if is_constant(numbers) => kinds.extend(time_steps),
+        [_] if constant_step(scenes).is_some() => kinds.extend(time_steps),
         [] => {}
         _ => {
             let numbers = time_steps.into_iter().flat_map(|(_, numbers)| numbers).collect();
-            let rule = time_steps_of(scenes).map_or(Kind::Times, Kind::TimeSteps);
+            let rule = time_step_rule(scenes).map(|rule| TIME_STEPS[rule].0);
+            let rule = rule.map_or(Kind::Times, Kind::TimeSteps);
             kinds.push((rule, numbers));
         }
     }
@@ -553,9 +543,24 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
     list
 }
 
-/// How the time step differs, of the traces whose times count by another one: so in all of these, and not at all in the scenes that
-/// passed.
-fn time_steps_of(scenes: &[Marked<'_>]) -> Option<&'static str> {
+/// The one time step by which wrong times count, of scenes of several, if no scene of another one passed.
+fn constant_step(scenes: &[Marked<'_>]) -> Option<f64> {
+    let wrong = scenes.iter().filter_map(|scene| match scene.judged.outcome {
+        Outcome::OtherTimes(step) => Some((scene.judged.scene.time_step, step)),
+        _ => None,
+    });
+    let wrong: Vec<(f64, f64)> = wrong.collect();
+    let [(own, step), ..] = *wrong.as_slice() else { return None };
+    let is_same = |other: f64| (other - step).abs() <= 1e-9 * step;
+    let is_constant = wrong.iter().all(|(_, step)| is_same(*step))
+        && wrong.iter().any(|(other, _)| *other != own)
+        && scenes.iter().all(|scene| !scene.passed || is_same(scene.judged.scene.time_step));
+    is_constant.then_some(step)
+}
+
+/// How the time step differs, of the traces whose times count by another one, by its place in [`TIME_STEPS`]: so in all of
+/// these, and not at all in the scenes that passed.
+fn time_step_rule(scenes: &[Marked<'_>]) -> Option<usize> {
     let is_so = |scene: &Marked<'_>, rule: fn(&Scene) -> f64| {
         let inner = scene.judged.scene;
         let step = match scene.judged.outcome {
@@ -565,10 +570,10 @@ fn time_steps_of(scenes: &[Marked<'_>]) -> Option<&'static str> {
         };
         (rule(inner) - step).abs() <= 1e-9 * step
     };
-    let is_of_all = |(_, rule): &TimeStepRule| scenes.iter().all(|scene| is_so(scene, *rule));
-    let mut rules = TIME_STEPS.iter().copied().filter(is_of_all);
-    let (words, _) = rules.next()?;
-    rules.next().is_none().then_some(words)
+    let is_of_all = |rule: &usize| scenes.iter().all(|scene| is_so(scene, TIME_STEPS[*rule].1));
+    let mut rules = (0..TIME_STEPS.len()).filter(is_of_all);
+    let rule = rules.next()?;
+    rules.next().is_none().then_some(rule)
 }
 
 /// A way to change the time step of a scene, in words, and the time step.

@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use scene::Scene;
 use scene::trace::State;
 
-use super::FEW;
 use super::evidence::Marked;
 use super::feature::Feature;
 use super::form::{Kind, SAME, largest, same};
 use super::judged::{JudgedScene, Outcome};
+use super::{FEW, TIME_STEPS, constant_step, time_step_rule};
 use crate::steps::{self, Evidence, WrongSteps};
 
 /// Orders of the numbers that are tried: more than one where scenes hardly tell them apart.
@@ -36,6 +36,10 @@ enum Undo {
     VelocitiesLate,
     /// Each velocity is multiplied by the mass.
     Momenta,
+    /// The time step is another one, by this rule of [`TIME_STEPS`].
+    TimeStep(usize),
+    /// It is this one.
+    ConstantStep(f64),
     /// Positions and velocities of the first state, in the place of the scene's.
     Start,
     /// The same, and masses in single precision; parameters of forces and the time step as well, if so.
@@ -144,9 +148,13 @@ impl Undo {
         }
     }
 
-    /// What may undo a fault of this kind.
-    fn of(kind: &Kind) -> Vec<Self> {
+    /// What may undo a fault of this kind in these scenes.
+    fn of(kind: &Kind, scenes: &[Marked<'_>]) -> Vec<Self> {
         match kind {
+            Kind::Times => {
+                let rule = time_step_rule(scenes).map(Self::TimeStep);
+                rule.or(constant_step(scenes).map(Self::ConstantStep)).into_iter().collect()
+            }
             Kind::Order => {
                 let orders = Layout::all()
                     .flat_map(|written| Layout::READ.map(|read| Self::Order { written, read }));
@@ -192,6 +200,8 @@ impl Undo {
                     each.for_each(|(v, one)| v.iter_mut().for_each(|v| *v /= one.mass));
                 }
             }
+            Self::TimeStep(rule) => scene.time_step = TIME_STEPS[rule].1(&scene),
+            Self::ConstantStep(step) => scene.time_step = step,
             Self::Late => drop(states.drain(..1)),
             Self::Missing => {
                 let (positions, velocities) = (scene.positions(), scene.velocities());
@@ -297,11 +307,12 @@ type Examined = (WrongSteps, Vec<Evidence>);
 pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
     let kind_of = |scene: &Marked<'_>| match scene.kind.clone() {
         Some(Kind::OrderOpen) => Some(Kind::Order),
+        Some(Kind::TimeStep(_)) => Some(Kind::Times),
         kind => kind,
     };
     let kinds: Vec<Option<Kind>> = scenes.iter().map(kind_of).collect();
     let count = |kind: &&Kind| kinds.iter().flatten().filter(|other| other == kind).count();
-    let known = kinds.iter().flatten().filter(|kind| !Undo::of(kind).is_empty());
+    let known = kinds.iter().flatten().filter(|kind| !Undo::of(kind, scenes).is_empty());
     let Some(kind) = known.max_by_key(count) else { return Vec::new() };
     let is_of_kind = |scene: &Marked<'_>| kind_of(scene).as_ref() == Some(kind);
     let Some(feature) = kind.feature() else { return Vec::new() };
@@ -338,12 +349,18 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
             let has_states = scene.kind.as_ref().is_none_or(Kind::keeps_states);
             let is_rounded = matches!(undo, Undo::Single { .. }) && has_states;
             let is_faulty = is_of_kind(scene) || has_both() || is_rounded;
+            // Times show another time step; without that, right steps do.
+            let is_open =
+                matches!(undo, Undo::TimeStep(_) | Undo::ConstantStep(_)) && !is_of_kind(scene);
             let undone = undo.undone(judged.scene, judged.states);
             let (scene, states) = undone.filter(|(_, states)| is_faulty && states.len() > 1)?;
             let (steps, evidence) = steps::examine(&scene, &states);
             let is_right = steps.total > 0
                 && is_start(&scene, &states[0])
                 && evidence.iter().all(|one| !one.is_wrong() || is_near(one));
+            if is_open && (!is_right || scene.time_step == judged.scene.time_step) {
+                return None;
+            }
             let envelope = judged.envelope.iter().skip(usize::from(undo == Undo::Late));
             let envelope = envelope.copied().collect();
             let layout = undo.layout();
@@ -354,7 +371,7 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
         scenes.par_iter().enumerate().filter_map(of).collect()
     };
     let n_right = |all: &[(Restored, Examined)]| all.iter().filter(|one| one.0.is_right).count();
-    let possible = Undo::of(kind).into_iter().filter(starts_right).take(MOST).map(restore);
+    let possible = Undo::of(kind, scenes).into_iter().filter(starts_right).take(MOST).map(restore);
     let mut is_open = false;
     let best = possible.reduce(|best, one| {
         let more = n_right(&one).cmp(&n_right(&best));

@@ -9,7 +9,7 @@ use super::student::{self, Student};
 use super::{Expectation, Graded, Outcome, Row};
 use diagnosis::findings::Symptom;
 use grader::compare::{Comparison, Criteria};
-use grader::grading::{self, Grading};
+use grader::grading;
 use grader::oracle::Oracle;
 use grader::rubric::Rubric;
 use grader::suite::{Case, Suite};
@@ -80,21 +80,6 @@ fn rows_of(
     };
     rows.extend(mistakes.par_iter().map(row).collect::<Vec<Row>>());
     rows
-}
-
-/// Grades a student with two mistakes by verdicts alone, without a look at the steps.
-pub fn of_two(
-    suite: &Suite,
-    oracle: &Oracle,
-    rubric: &Rubric,
-    [first, second]: [&Mistake; 2],
-) -> Grading {
-    let student = first.and(second);
-    grading::collect(suite, String::new(), oracle, rubric, |case, criteria| {
-        let start = || Ok(Box::new(student.simulate(&case.scene)) as Box<_>);
-        let (comparison, _) = grading::judge(case, oracle, criteria, start);
-        (comparison, Vec::new())
-    })
 }
 
 /// The second simulator is written in Rust, and built with the grader.

@@ -741,6 +741,50 @@ fn a_mistake_beside_momenta_in_the_place_of_velocities_is_named() {
 }
 
 #[test]
+fn traces_of_one_state_are_told_by_the_state() {
+    let ends = |scene: &Scene| {
+        let states = states(scene, &[]);
+        let last = states[states.len() - 1].clone();
+        vec![last; states.len()]
+    };
+    let halves = |scene: &Scene| {
+        let states = states(scene, &[]);
+        vec![states[states.len() / 2].clone(); states.len()]
+    };
+    let in_part = |scene: &Scene| {
+        let mut states = states(scene, &[]);
+        let all = ends(scene);
+        if scene.integrator.name == "implicit-euler" {
+            let of_end = states.iter_mut().zip(all);
+            of_end.for_each(|(state, end)| state.positions = end.positions);
+            return states;
+        }
+        all
+    };
+    let sentence = |found: Vec<Finding>| {
+        let [finding] = found.as_slice() else { panic!("{found:#?}") };
+        finding.sentence()
+    };
+    let [last, one, part] =
+        [findings_of(ends), findings_of(halves), findings_of(in_part)].map(sentence);
+    assert_eq!(part, format!("{last}; in some scenes, in its positions only"));
+    assert_eq!(last, "the output: every state is the same, the one at the end");
+    assert_eq!(one, "the output: every state of the trace is the same");
+}
+
+#[test]
+fn a_mistake_beside_a_duration_read_as_an_integer_is_named() {
+    let change = candidate("gravitationalforce lacks the factor m_i");
+    let found = findings_of(|scene| {
+        let mut read = scene.clone();
+        read.duration = scene.duration.trunc();
+        states(&read, std::slice::from_ref(&change))
+    });
+    let reading = "reading the scene: the duration is read as an integer";
+    assert_said(&found, &[&change.words, reading]);
+}
+
+#[test]
 fn steps_from_one_on_are_not_just_malformed() {
     let found = findings_on(|_| true, |_| Box::new(StartsAtOne));
     let words = "the output: the initial state is missing, or steps are counted from 1";

@@ -45,6 +45,12 @@ pub(super) enum Kind {
     StateTooMany,
     StateTooFew,
     Duration,
+    /// The duration is cut to an integer.
+    IntegerDuration,
+    /// All states are the last one, or its positions: which, in words.
+    LastState(&'static str),
+    /// All states are one state.
+    OneState,
     InitialMissing,
     /// The steps of the trace start at 1.
     StartsAtOne,
@@ -100,6 +106,8 @@ impl fmt::Display for Kind {
             Self::StateTooMany => "too many",
             Self::StateTooFew => "one too few",
             Self::Duration => "wrong duration or dt",
+            Self::IntegerDuration => "the duration is read as an integer",
+            Self::OneState => "every state of the trace is the same",
             Self::InitialMissing => "the initial state is missing",
             Self::StartsAtOne => "the initial state is missing, or steps are counted from 1",
             Self::ByteOrder => "reversed byte order",
@@ -108,7 +116,7 @@ impl fmt::Display for Kind {
             Self::Negated => "positions and velocities have the wrong sign",
             Self::Zeros => "every number is 0",
             Self::TimeStep(step) => return write!(f, "dt is always taken as {step}"),
-            Self::TimeSteps(how) => how,
+            Self::TimeSteps(how) | Self::LastState(how) => how,
             Self::Times => "the times are not multiples of dt",
             Self::Late => "each state is written one step late",
             Self::VelocitiesLate => "the velocities are those of the step before",
@@ -146,6 +154,7 @@ impl Kind {
             | Self::Memory => return None,
             Self::StateTooMany | Self::StateTooFew => Feature::States,
             Self::Duration
+            | Self::IntegerDuration
             | Self::InitialVelocity
             | Self::InitialState
             | Self::InitialRead(_)
@@ -162,6 +171,8 @@ impl Kind {
             | Self::TooMuch
             | Self::Malformed
             | Self::NotFiniteAtLast
+            | Self::LastState(_)
+            | Self::OneState
             | Self::InitialMissing
             | Self::StartsAtOne
             | Self::ByteOrder
@@ -201,6 +212,7 @@ impl Kind {
                 | Self::StateTooMany
                 | Self::StateTooFew
                 | Self::Duration
+                | Self::IntegerDuration
                 | Self::Digits(_)
                 | Self::Decimals(_)
                 | Self::Single

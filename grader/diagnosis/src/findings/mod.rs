@@ -3,6 +3,7 @@
 //! ```text
 //! traces ── form.rs       faults of the output, settled first
 //!        ── initial.rs    what is read wrongly of particles, by all first states
+//!        ── rows.rs       faults of the rows of all traces: how many there are, and which
 //!        ── restore.rs    traces without such a fault, where other mistakes are looked for
 //!        ── evidence.rs   which steps are wrong by themselves; replay of whole scenes with a change
 //!        ── fit.rs        numbers in changes, from the steps
@@ -24,6 +25,7 @@ mod form;
 mod initial;
 mod judged;
 mod restore;
+mod rows;
 mod scope;
 mod search;
 mod shared;
@@ -31,13 +33,12 @@ mod tasks;
 mod thresholds;
 mod trace;
 
-use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use crate::change::{Change, Place, Term, rounds};
 use rayon::prelude::*;
 use scene::schema::{Convergence, Masses, Matrix};
-use scene::{ForceElement, Scene, step_count};
+use scene::{ForceElement, Scene};
 use simulator::force;
 use simulator::integrator;
 
@@ -122,6 +123,7 @@ impl Findings {
         evidence::settle_last_states(&mut evidence);
         evidence::settle_first_states(&mut evidence);
         initial::settle(&mut evidence);
+        rows::settle(&mut evidence);
         let mut scenes: Vec<Marked<'_>> = evidence.iter().map(Marked::new).collect();
         // A message of the compiler is in the report already.
         if scenes.iter().any(|scene| scene.kind == Some(Kind::NotBuilt)) {
@@ -526,14 +528,14 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
             Some(known) => {
                 known.add_scenes(found);
                 if features == [Feature::States] {
-                    let counted = miscounted(scenes).unwrap_or_default();
+                    let counted = rows::miscounted(scenes).unwrap_or_default();
                     known.words =
                         vec![format!("{}: too few or too many{counted}", Feature::States)];
                 }
             }
             None => {
                 let is_counted = features == [Feature::States];
-                let counted = is_counted.then(|| miscounted(scenes)).flatten();
+                let counted = is_counted.then(|| rows::miscounted(scenes)).flatten();
                 let sentence = kind.sentence() + &counted.unwrap_or_default();
                 let words = vec![sentence; features.len()];
                 list.push(Finding::new(FindingKind::Output, features, words, found));
@@ -592,67 +594,6 @@ const TIME_STEPS: [TimeStepRule; 6] = [
     ("dt is rounded to 4 decimals", |scene| (scene.time_step * 1e4).round() / 1e4),
     ("dt is rounded to single precision", |scene| f64::from(scene.time_step as f32)),
 ];
-
-/// How a program counts its steps: the ways that give right counts in the scenes that passed, and too few or too many states
-/// where there are those. `None` if no scene passed, unless there are too many whether dt divides the duration or not.
-fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
-    let seen = |scene: &Marked<'_>| match &scene.kind {
-        None if scene.passed => Some(Ordering::Equal),
-        Some(Kind::StateTooFew) => Some(Ordering::Less),
-        Some(Kind::StateTooMany) => Some(Ordering::Greater),
-        _ => None,
-    };
-    let has_more = |is_divided: bool| {
-        let mut of_it = scenes.iter().filter(|one| one.judged.scene.is_divided() == is_divided);
-        of_it.any(|scene| seen(scene) == Some(Ordering::Greater))
-    };
-    let has_right = scenes.iter().any(|scene| seen(scene) == Some(Ordering::Equal));
-    let shows = has_right || has_more(true) && has_more(false);
-    if !shows {
-        return None;
-    }
-    let mut explains = [true; WAYS.len()];
-    for (scene, seen) in scenes.iter().filter_map(|scene| Some((scene.judged.scene, seen(scene)?)))
-    {
-        let right = step_count(scene.duration, scene.time_step);
-        for (explains, count) in explains.iter_mut().zip(counts(scene)) {
-            *explains &= count.total_cmp(&right) == seen;
-        }
-    }
-    let ways = WAYS.into_iter().zip(explains).filter(|(_, explains)| *explains);
-    let ways: Vec<&str> = ways.map(|(words, _)| words).collect();
-    (!ways.is_empty()).then(|| format!(", as where {}", ways.join(", or ")))
-}
-
-/// Ways to count steps.
-const WAYS: [&str; 6] = [
-    "duration/dt is rounded down",
-    "duration/dt is rounded to the nearest integer",
-    "duration/dt is rounded down and 1 is added",
-    "duration/dt is rounded up and 1 is added",
-    "steps end where the sum of all dt reaches the duration",
-    "steps end where the sum of all dt exceeds the duration",
-];
-
-/// The number of steps by each of [`WAYS`].
-fn counts(scene: &Scene) -> [f64; WAYS.len()] {
-    let ratio = scene.duration / scene.time_step;
-    let below = summed(scene, |time, end| time < end);
-    let up_to = summed(scene, |time, end| time <= end);
-    let right = step_count(scene.duration, scene.time_step);
-    [ratio.floor(), ratio.round(), ratio.floor() + 1.0, right + 1.0, below, up_to]
-}
-
-/// Steps that are taken while this holds of the sum of their dt and the duration.
-fn summed(scene: &Scene, goes_on: fn(f64, f64) -> bool) -> f64 {
-    let right = step_count(scene.duration, scene.time_step);
-    let (mut time, mut count) = (0.0, 0.0);
-    while goes_on(time, scene.duration) && count <= right {
-        time += scene.time_step;
-        count += 1.0;
-    }
-    count
-}
 
 /// Gives the scenes that do not tell reading from writing to the kind that others tell: under forces that look alike in
 /// both orders, a scene read so is one written so.

@@ -1,0 +1,180 @@
+//! Faults of the rows of traces, seen in all scenes: how many there are, and which.
+//!
+//! ```text
+//! integer     there are as many as for a duration without its fraction, in every scene
+//! the same    all rows of a trace are one state, or have its positions: that of the end in some scenes, so that it is in all
+//! ```
+
+use std::cmp::Ordering;
+
+use scene::{Scene, step_count};
+use simulator::simulation::Simulation;
+use simulator::solver::linear::LinearSolver;
+
+use super::FEW;
+use super::evidence::{Marked, SceneEvidence};
+use super::form::{Kind, same};
+use super::judged::{JudgedScene, Outcome};
+
+/// Gives scenes the kind of failure that all of them show together.
+pub(super) fn settle(scenes: &mut [SceneEvidence<'_>]) {
+    settle_durations(scenes);
+    settle_same(scenes);
+}
+
+/// Scenes whose traces have as many states as if the duration were an integer, if all have.
+fn settle_durations(scenes: &mut [SceneEvidence<'_>]) {
+    let is_so = |scene: &SceneEvidence<'_>| {
+        let inner = scene.judged.scene;
+        let read = step_count(inner.duration.trunc(), inner.time_step) + 1.0;
+        match scene.judged.outcome {
+            Outcome::Passed | Outcome::Differs => read == inner.n_steps() as f64 + 1.0,
+            Outcome::TooShort { states, .. } => read == states as f64,
+            Outcome::TooLong => false,
+            _ => true,
+        }
+    };
+    let is_short = |scene: &&SceneEvidence<'_>| scene.kind == Some(Kind::Duration);
+    if scenes.iter().filter(is_short).count() < FEW || !scenes.iter().all(is_so) {
+        return;
+    }
+    for scene in scenes {
+        if matches!(scene.kind, Some(Kind::Duration | Kind::StateTooFew)) {
+            scene.kind = Some(Kind::IntegerDuration);
+        }
+    }
+}
+
+/// Scenes whose traces have the same positions in all rows, which are not the initial ones.
+fn settle_same(scenes: &mut [SceneEvidence<'_>]) {
+    let all: Vec<Option<Same>> = scenes.iter().map(|scene| same_in_rows(scene.judged)).collect();
+    let shows = |scene: &SceneEvidence<'_>| {
+        let rows = scene.judged.first_wrong.map_or(&[][..], |first| first.context);
+        let moves = rows.windows(2).any(|pair| pair[0].expected != pair[1].expected);
+        let is_open = matches!(
+            scene.kind,
+            Some(Kind::InitialState | Kind::InitialOpen | Kind::InitialWritten)
+        );
+        moves && is_open && scene.judged.states.len() > 2
+    };
+    let shown = scenes.iter().zip(&all).filter(|(scene, same)| same.is_some() && shows(scene));
+    let shown: Vec<&SceneEvidence<'_>> = shown.map(|(scene, _)| scene).collect();
+    if shown.len() < FEW {
+        return;
+    }
+    let is_end = shown.iter().filter(|scene| ends_right(scene.judged)).count() >= FEW;
+    let has = |same: Same| all.contains(&Some(same));
+    let end = match (has(Same::States), has(Same::Positions)) {
+        (true, false) => "every state is the same, the one at the end",
+        (true, true) => {
+            "every state is the same, the one at the end; in some scenes, in its positions only"
+        }
+        _ => "the positions of every state are those at the end",
+    };
+    for (scene, same) in scenes.iter_mut().zip(all) {
+        scene.kind = match same {
+            Some(_) if is_end => Some(Kind::LastState(end)),
+            Some(Same::States) => Some(Kind::OneState),
+            _ => continue,
+        };
+    }
+}
+
+/// What is the same in all rows of a trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Same {
+    Positions,
+    /// The velocities as well.
+    States,
+}
+
+/// What is the same in all rows of a trace that starts wrong.
+fn same_in_rows(judged: &JudgedScene<'_>) -> Option<Same> {
+    let first = judged.first_wrong.filter(|first| first.step == 0)?;
+    let axes = judged.scene.dimension.count();
+    // Traces of large scenes are not kept.
+    let kept = judged.states.iter().map(|one| [&one.positions[..], &one.velocities]);
+    let shown = first.context.iter().map(|row| [&row.got[..axes], &row.got[axes..]]);
+    let rows: Vec<[&[f64]; 2]> =
+        if judged.states.is_empty() { shown.collect() } else { kept.collect() };
+    let is_same = |kind: usize| rows.windows(2).all(|pair| pair[0][kind] == pair[1][kind]);
+    let all = if is_same(1) { Same::States } else { Same::Positions };
+    (rows.len() > 1 && is_same(0)).then_some(all)
+}
+
+/// Whether the last state of a trace is that of a right program.
+fn ends_right(judged: &JudgedScene<'_>) -> bool {
+    let scene = judged.scene;
+    let Some(last) = judged.states.last().filter(|_| !judged.has_positions_alone) else {
+        return false;
+    };
+    let mut simulation = Simulation::with_solver(scene, LinearSolver::Auto);
+    for _ in 0..scene.n_steps() {
+        if !matches!(simulation.advance(), Ok(true)) {
+            return false;
+        }
+    }
+    let right = simulation.state();
+    same(&last.positions, right.positions) && same(&last.velocities, right.velocities)
+}
+
+/// How a program counts its steps: the ways that give right counts in the scenes that passed, and too few or too many states
+/// where there are those. `None` if no scene passed, unless there are too many whether dt divides the duration or not.
+pub(super) fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
+    let seen = |scene: &Marked<'_>| match &scene.kind {
+        None if scene.passed => Some(Ordering::Equal),
+        Some(Kind::StateTooFew) => Some(Ordering::Less),
+        Some(Kind::StateTooMany) => Some(Ordering::Greater),
+        _ => None,
+    };
+    let has_more = |is_divided: bool| {
+        let mut of_it = scenes.iter().filter(|one| one.judged.scene.is_divided() == is_divided);
+        of_it.any(|scene| seen(scene) == Some(Ordering::Greater))
+    };
+    let has_right = scenes.iter().any(|scene| seen(scene) == Some(Ordering::Equal));
+    let shows = has_right || has_more(true) && has_more(false);
+    if !shows {
+        return None;
+    }
+    let mut explains = [true; WAYS.len()];
+    for (scene, seen) in scenes.iter().filter_map(|scene| Some((scene.judged.scene, seen(scene)?)))
+    {
+        let right = step_count(scene.duration, scene.time_step);
+        for (explains, count) in explains.iter_mut().zip(counts(scene)) {
+            *explains &= count.total_cmp(&right) == seen;
+        }
+    }
+    let ways = WAYS.into_iter().zip(explains).filter(|(_, explains)| *explains);
+    let ways: Vec<&str> = ways.map(|(words, _)| words).collect();
+    (!ways.is_empty()).then(|| format!(", as where {}", ways.join(", or ")))
+}
+
+/// Ways to count steps.
+const WAYS: [&str; 6] = [
+    "duration/dt is rounded down",
+    "duration/dt is rounded to the nearest integer",
+    "duration/dt is rounded down and 1 is added",
+    "duration/dt is rounded up and 1 is added",
+    "steps end where the sum of all dt reaches the duration",
+    "steps end where the sum of all dt exceeds the duration",
+];
+
+/// The number of steps by each of [`WAYS`].
+fn counts(scene: &Scene) -> [f64; WAYS.len()] {
+    let ratio = scene.duration / scene.time_step;
+    let below = summed(scene, |time, end| time < end);
+    let up_to = summed(scene, |time, end| time <= end);
+    let right = step_count(scene.duration, scene.time_step);
+    [ratio.floor(), ratio.round(), ratio.floor() + 1.0, right + 1.0, below, up_to]
+}
+
+/// Steps that are taken while this holds of the sum of their dt and the duration.
+fn summed(scene: &Scene, goes_on: fn(f64, f64) -> bool) -> f64 {
+    let right = step_count(scene.duration, scene.time_step);
+    let (mut time, mut count) = (0.0, 0.0);
+    while goes_on(time, scene.duration) && count <= right {
+        time += scene.time_step;
+        count += 1.0;
+    }
+    count
+}

@@ -1,7 +1,7 @@
 //! A run over many scenes: draws, judges, and shrinks what fails.
 //!
 //! ```text
-//! for each number of a scene: three candidates, drawn anew or mutated ── the one that covers most that is new ── judged
+//! for each number of a scene: candidates, drawn anew or mutated ── the one with the rarest pairs for its size ── judged
 //! ```
 //!
 //! The candidates of a scene depend on the seed, its number and what the batches before it showed, so that a run of a
@@ -20,7 +20,7 @@ use scene::schema::{Convergence, IntegratorSchema};
 
 use crate::cause::{self, Evidence, is_proven};
 use crate::choices::{Choices, mutated, simplest};
-use crate::draw::{Drawn, Pair, Scope, draw, pairs, plain, read};
+use crate::draw::{Drawn, Pair, Scope, Sketch, draw, pairs, plain, read};
 use crate::judge::{How, Judge, Judgement, Nothing, Run, Subject, Wrong};
 use crate::motion::statistics;
 use crate::shrink::{Effort, Shrunk, measure, shrink};
@@ -46,11 +46,12 @@ pub struct Plan {
 /// Scenes that are judged at a time.
 const BATCH: u64 = 32;
 
-/// Candidates of each scene.
-const CANDIDATES: usize = 3;
+/// Candidates of each scene. A candidate takes a hundredth of the time of a run; a circumstance that one in a hundred has is then
+/// tried as often as common ones.
+const CANDIDATES: usize = 16;
 
-/// The most tries to draw a candidate without refused features.
-const TRIES: u64 = 20;
+/// The most tries to draw candidates without refused features.
+const TRIES: usize = 100;
 
 /// Refusals of a feature, without a run, from which it is not drawn any more.
 const REFUSALS: u32 = 100;
@@ -170,7 +171,8 @@ impl Failing {
 /// What the batches so far showed.
 #[derive(Default)]
 struct Memory {
-    covered: HashMap<Pair, u32>,
+    /// Scenes with a pair under an integrator.
+    covered: HashMap<(Pair, &'static str), u32>,
     /// Scenes that were new.
     kept: Vec<Vec<u64>>,
     seen: HashSet<(Vec<&'static str>, i32, u64)>,
@@ -188,20 +190,22 @@ impl Memory {
 
     /// How much a scene covers that few scenes did, by how likely it is to run: a refusal does not say which feature is lacking.
     fn worth(&self, scene: &Scene) -> f64 {
-        let of = |pair: Pair| 1.0 / (1.0 + f64::from(*self.covered.get(&pair).unwrap_or(&0)));
-        let covers: f64 = pairs(scene).into_iter().map(of).sum();
+        let under = scene.integrator.name;
+        let count = |pair: Pair| 1.0 + f64::from(*self.covered.get(&(pair, under)).unwrap_or(&0));
+        // The rarest pairs decide, and not how many a large scene has, which takes longer to run and to shrink.
+        let covers: f64 = pairs(scene).into_iter().map(|pair| count(pair).powi(-2)).sum();
+        let size = (scene.particles.len() + scene.forces.len()) as f64;
         let runs = features(scene).into_iter().map(|feature| {
             let (runs, refusals) = self.features.get(feature).copied().unwrap_or_default();
             f64::from(runs + 1) / f64::from(runs + refusals + 1)
         });
-        covers * runs.product::<f64>()
+        covers / size.sqrt() * runs.product::<f64>()
     }
 
     /// The scene of this number; `None` if everything that may be drawn is refused.
     fn next(&self, plan: &Plan, number: u64) -> Option<Drawn> {
         let mut random = Rng::with_seed(plan.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number);
-        let mut best: Option<(f64, Drawn)> = None;
-        let mut candidates = 0;
+        let mut candidates: Vec<(f64, Sketch)> = Vec::new();
         for _ in 0..TRIES {
             let seed = random.u64(..);
             let choices = if !self.kept.is_empty() && random.u8(0..3) == 0 {
@@ -210,20 +214,22 @@ impl Memory {
             } else {
                 Choices::random(seed)
             };
-            let Some(drawn) = draw(&plan.scope, choices) else { continue };
-            if self.is_refused(&drawn.scene) {
+            let sketch = Sketch::new(&plan.scope, choices);
+            if self.is_refused(&sketch.scene) {
                 continue;
             }
-            let worth = self.worth(&drawn.scene);
-            if best.as_ref().is_none_or(|(most, _)| worth > *most) {
-                best = Some((worth, drawn));
-            }
-            candidates += 1;
-            if candidates == CANDIDATES {
+            candidates.push((self.worth(&sketch.scene), sketch));
+            if candidates.len() == CANDIDATES {
                 break;
             }
         }
-        best.map(|(_, drawn)| drawn)
+        candidates.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        candidates.into_iter().find_map(|(_, sketch)| sketch.with_file())
+    }
+
+    /// Pairs that were run, under any integrator.
+    fn n_pairs(&self) -> usize {
+        self.covered.keys().map(|(pair, _)| pair).collect::<HashSet<_>>().len()
     }
 
     fn learn(&mut self, drawn: &Drawn, judgement: &Judgement) {
@@ -239,7 +245,7 @@ impl Memory {
             return;
         }
         for pair in pairs(&drawn.scene) {
-            *self.covered.entry(pair).or_default() += 1;
+            *self.covered.entry((pair, drawn.scene.integrator.name)).or_default() += 1;
         }
         if let Judgement::Right(Run { used, .. }) = judgement
             && self.kept.len() < MOST_KEPT
@@ -332,7 +338,7 @@ pub fn run(
                 }
             }
         }
-        campaign.tally.covered = memory.covered.len();
+        campaign.tally.covered = memory.n_pairs();
         campaign.tally.time = start.elapsed();
         notice(&campaign.tally);
         if campaign.fault.is_some() {
@@ -581,6 +587,7 @@ impl Tested<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Mutex;
     use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
     use grader::submission::StateSource;
@@ -608,6 +615,50 @@ mod tests {
             scenes: 1000,
             failures: 10,
             effort: Effort::default(),
+        }
+    }
+
+    /// Our own simulator, and how many scenes of it have a pair under an integrator.
+    #[derive(Default)]
+    struct Counted(Mutex<HashMap<(Pair, &'static str), u32>>);
+
+    impl Subject for Counted {
+        fn start(&self, scene: &Scene, _: &str) -> Result<Box<dyn StateSource>, Verdict> {
+            let mut counts = self.0.lock().unwrap();
+            for pair in pairs(scene) {
+                *counts.entry((pair, scene.integrator.name)).or_default() += 1;
+            }
+            Ok(Box::new(Held::of(simulate(scene).unwrap_or_default())))
+        }
+    }
+
+    #[test]
+    fn rare_circumstances_are_tried_early_with_each_force_and_integrator() {
+        let mut plan = plan();
+        let forces = ["springforce", "gravitationalforce"];
+        let integrators = ["explicit-euler", "linearized-implicit-euler", "implicit-euler"];
+        plan.scope.forces.retain(|schema| forces.contains(&schema.tag));
+        plan.scope.integrators.retain(|(_, spelling)| integrators.contains(spelling));
+        let counted = Counted::default();
+        run(&counted, &Judge::default(), &plan, &|| false, &|_| {});
+        let counts = counted.0.into_inner().unwrap();
+        let rare = [
+            "diagonal",
+            "many at a particle",
+            "close",
+            "far from the origin",
+            "with equal velocities",
+            "between fixed particles",
+            "very light",
+            "very heavy",
+            "no step",
+        ];
+        for feature in forces {
+            for (with, under) in rare.iter().flat_map(|with| integrators.map(|under| (with, under)))
+            {
+                let count = counts.get(&(Pair { feature, with }, under)).copied().unwrap_or(0);
+                assert!(count >= 4, "{feature}, {with}, {under}: {count}");
+            }
         }
     }
 

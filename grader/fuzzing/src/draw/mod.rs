@@ -6,8 +6,8 @@
 //!
 //! Half of the scenes have one or two particles and one to three steps: most mistakes show there, and a run takes no time. The
 //! rest have up to [`MOST_PARTICLES`] particles and [`MOST_STEPS`] steps. Values are typical ones of the schemas, or special:
-//! zero, one, equal to another, aligned with an axis, at rest, at the rest length. The time step follows the stiffest element,
-//! so that few scenes explode.
+//! zero, one, equal to another, aligned with an axis, at rest, at the rest length, beside another. Some scenes have whole numbers
+//! and powers of two alone. The time step follows the stiffest element, so that few scenes explode.
 
 mod circumstance;
 mod text;
@@ -25,7 +25,7 @@ use simulator::vocabulary;
 use crate::choices::Choices;
 use crate::masses;
 
-pub use circumstance::{Pair, circumstances, pairs};
+pub use circumstance::{Pair, pairs};
 
 /// The most particles of a drawn scene: beyond every size up to which small systems are solved otherwise.
 pub const MOST_PARTICLES: usize = 40;
@@ -35,6 +35,9 @@ pub const MOST_STEPS: usize = 120;
 
 /// The most states of particles in a scene.
 const MOST_PLACES: usize = 300;
+
+/// The most kinds of forces: the search for causes tries each part of each.
+const MOST_KINDS: usize = 5;
 
 /// The most elements of one kind of force.
 const MOST_ELEMENTS: usize = 12;
@@ -95,12 +98,33 @@ pub struct Drawn {
     pub text: String,
 }
 
-/// Draws a scene; `None` where no file can hold it, such as a triangle without an area.
-pub fn draw(scope: &Scope, mut choices: Choices) -> Option<Drawn> {
-    let (scene, spelling) = scene(scope, &mut choices)?;
-    let text = text::of(&scene, spelling, &mut choices)?;
-    let scene = read(&text)?;
-    Some(Drawn { choices: choices.into_made(), scene, text })
+/// A scene whose file is not drawn yet.
+#[derive(Debug)]
+pub struct Sketch {
+    /// The scene.
+    pub scene: Scene,
+    spelling: &'static str,
+    choices: Choices,
+}
+
+impl Sketch {
+    /// Draws all but the file.
+    pub fn new(scope: &Scope, mut choices: Choices) -> Self {
+        let (scene, spelling) = scene(scope, &mut choices);
+        Self { scene, spelling, choices }
+    }
+
+    /// Draws the file; `None` where none can hold the scene, as one of a triangle without an area.
+    pub fn with_file(mut self) -> Option<Drawn> {
+        let text = text::of(&self.scene, self.spelling, &mut self.choices)?;
+        let scene = read(&text)?;
+        Some(Drawn { choices: self.choices.into_made(), scene, text })
+    }
+}
+
+/// Draws a scene; `None` where no file can hold it.
+pub fn draw(scope: &Scope, choices: Choices) -> Option<Drawn> {
+    Sketch::new(scope, choices).with_file()
 }
 
 /// Reads a scene from XML; `None` if the text is not a scene.
@@ -116,7 +140,7 @@ pub fn plain(scene: &Scene) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-fn scene(scope: &Scope, choices: &mut Choices) -> Option<(Scene, &'static str)> {
+fn scene(scope: &Scope, choices: &mut Choices) -> (Scene, &'static str) {
     let dimension = choices.one_of(&scope.dimensions);
     let (integrator, spelling) = choices.one_of(&scope.integrators);
     let kinds = kinds(scope, dimension, integrator, choices);
@@ -128,7 +152,9 @@ fn scene(scope: &Scope, choices: &mut Choices) -> Option<(Scene, &'static str)> 
         _ => 10 + choices.below(MOST_PARTICLES - 9),
     };
     let mut scene = Scene::new("scene.xml", dimension, integrator);
-    particles(&mut scene, count.max(needed), choices);
+    // With coordinates of few values, vectors are often exactly equal, diagonal or along an axis, at `x + h v` as well.
+    let is_whole = choices.chance(3);
+    particles(&mut scene, count.max(needed), is_whole, choices);
     // A motion along one axis, or in a plane of space: what looks at one coordinate alone sees a 0.
     let flat = choices.chance(2).then(|| choices.below(dimension.count()));
     if let Some(axis) = flat {
@@ -149,12 +175,12 @@ fn scene(scope: &Scope, choices: &mut Choices) -> Option<(Scene, &'static str)> 
     }
     scene.forces.retain(|element| (integrator.refuses)(element).is_none());
     options(&mut scene.integrator_options, integrator, choices);
-    time(&mut scene, choices);
+    time(&mut scene, is_whole, choices);
     // The same motion in another unit of mass: what compares a mass or a pivot with a fixed number sees another one.
     if choices.chance(1) && masses::scale(&scene) {
         masses::multiply(&mut scene, choices.one_of(&[1e-8, 1e-5, 1e-3, 1e3, 1e5, 1e8]));
     }
-    Some((scene, spelling))
+    (scene, spelling)
 }
 
 /// The kinds of forces, most often one or two.
@@ -166,7 +192,7 @@ fn kinds(
 ) -> Vec<&'static ForceSchema> {
     let mut left = scope.forces.clone();
     left.retain(|schema| schema.exists_in(dimension));
-    let count = [1, 1, 1, 1, 2, 2, 2, 3, 3, 0, left.len()][choices.below(11)].min(left.len());
+    let count = [1, 1, 1, 1, 2, 2, 2, 3, 3, 0, MOST_KINDS][choices.below(11)].min(left.len());
     // A method that takes rounds knows springs.
     let refuses_all = |schema: &&'static ForceSchema| {
         let ones = schema.parameters.iter().map(|parameter| parameter.samples[0]);
@@ -177,10 +203,10 @@ fn kinds(
     (0..count.min(left.len())).map(|_| left.remove(choices.below(left.len()))).collect()
 }
 
-fn particles(scene: &mut Scene, count: usize, choices: &mut Choices) {
+fn particles(scene: &mut Scene, count: usize, is_whole: bool, choices: &mut Choices) {
     let axes = scene.dimension.count();
     let (is_still, has_fixed) = (choices.chance(5), choices.chance(5));
-    let size = choices.one_of(&[1.0, 1.0, 1.0, 10.0, 0.1]);
+    let size = if is_whole { None } else { Some(choices.one_of(&[1.0, 1.0, 1.0, 10.0, 0.1])) };
     let is_uneven = choices.chance(2);
     for number in 0..count {
         let before = &scene.particles[..number];
@@ -189,6 +215,9 @@ fn particles(scene: &mut Scene, count: usize, choices: &mut Choices) {
         for (axis, value) in position.iter_mut().enumerate().take(axes) {
             let others: Vec<f64> = before.iter().map(|other| other.position[axis]).collect();
             *value = values::coordinate(size, &others, choices);
+        }
+        if let (Some(size), false, true) = (size, before.is_empty(), choices.chance(1)) {
+            position = values::beside(before, size, axes, choices);
         }
         if !is_still && !choices.chance(2) {
             for value in &mut velocity[..axes] {
@@ -213,8 +242,15 @@ fn elements(scene: &mut Scene, kind: &'static ForceSchema, choices: &mut Choices
         Stencil::EveryParticle if choices.chance(12) => 1,
         Stencil::EveryParticle => 1 + choices.below(MOST_FIELDS),
         _ if choices.chance(11) => 1,
-        _ => 1 + choices.below(MOST_ELEMENTS.min(2 * n_particles)),
+        _ if choices.chance(13) => 1 + choices.below(MOST_ELEMENTS.min(2 * n_particles)),
+        _ => 1 + choices.below(MOST_ELEMENTS),
     };
+    // One parameter is the same in all of them.
+    let values = (0..kind.parameters.len()).filter(|at| kind.parameters[*at].coordinate.is_none());
+    let values: Vec<usize> = values.collect();
+    let common = choices.chance(4) && !values.is_empty();
+    let common = common.then(|| choices.one_of(&values));
+    let first = scene.forces.len();
     for _ in 0..count {
         let last =
             scene.forces.last().filter(|last| last.schema == kind && !kind.stencil.is_field());
@@ -252,6 +288,9 @@ fn elements(scene: &mut Scene, kind: &'static ForceSchema, choices: &mut Choices
         };
         let mut element = ForceElement::new(kind, &particles, edge, kind.zeros());
         values::parameters(&mut element, scene, choices);
+        if let (Some(place), Some(first)) = (common, scene.forces.get(first)) {
+            element.parameters[place] = first.parameters[place];
+        }
         scene.forces.push(element);
     }
 }
@@ -289,7 +328,7 @@ const LONG: usize = 4;
 const SLOWEST: f64 = 1.0;
 
 /// The time step, and the duration: a whole number of steps to the last bit, or a last step that is cut clearly.
-fn time(scene: &mut Scene, choices: &mut Choices) {
+fn time(scene: &mut Scene, is_whole: bool, choices: &mut Choices) {
     let mut rate = SLOWEST;
     for element in &scene.forces {
         let scaling = element.schema.parts.iter().flat_map(|part| part.scaled_by);
@@ -324,6 +363,7 @@ fn time(scene: &mut Scene, choices: &mut Choices) {
     let sizes = if count < LONG { &STEPS[..] } else { &STEPS[..SMALL] };
     let step = values::significant(choices.one_of(sizes) / rate, 2);
     let step = if choices.chance(2) { choices.one_of(&[0.01, 0.1, 0.5, 1.0]) } else { step };
+    let step = if is_whole { step.log2().floor().exp2() } else { step };
     let is_cut = count > 0 && choices.chance(4);
     let share = if is_cut { choices.one_of(&[0.5, 0.25, 0.8]) } else { 0.0 };
     let mut duration = (count as f64 - share) * step;

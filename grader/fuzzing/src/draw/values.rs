@@ -33,8 +33,10 @@ pub(super) fn mass(before: &[Particle], is_uneven: bool, choices: &mut Choices) 
     }
 }
 
-/// A coordinate of a scene of this size: a number with few digits, 0, a whole number, or that of another particle.
-pub(super) fn coordinate(size: f64, others: &[f64], choices: &mut Choices) -> f64 {
+/// A coordinate of a scene of this size: a number with few digits, 0, a whole number, or that of another particle. Without a
+/// size, a whole number.
+pub(super) fn coordinate(size: Option<f64>, others: &[f64], choices: &mut Choices) -> f64 {
+    let Some(size) = size else { return choices.below(5) as f64 - 2.0 };
     match choices.below(10) {
         0 => 0.0,
         1 => size * (choices.below(5) as f64 - 2.0),
@@ -42,6 +44,21 @@ pub(super) fn coordinate(size: f64, others: &[f64], choices: &mut Choices) -> f6
         3 => significant(1e3 * size * (choices.unit() - 0.5), 6),
         _ => significant(size * (choices.below(2 * STEPS) as f64 / STEPS as f64 - 1.0), 3),
     }
+}
+
+/// A place beside another particle, near it for a scene of this size.
+pub(super) fn beside(
+    others: &[Particle],
+    size: f64,
+    axes: usize,
+    choices: &mut Choices,
+) -> [f64; 3] {
+    let distance = size * choices.one_of(&[0.01, 1e-3, 1e-4]);
+    let mut position = others[choices.below(others.len())].position;
+    for value in &mut position[..axes] {
+        *value += significant(distance * (choices.unit() - 0.5), 3);
+    }
+    position
 }
 
 /// Chooses the parameters of an element.
@@ -77,7 +94,7 @@ fn parameter(
     let typical = |choices: &mut Choices| within(schema.typical, choices);
     let value = match choices.below(if is_typical { 4 } else { 12 }) {
         3 => schema.default.unwrap_or_else(|| typical(choices)),
-        4 => 0.0,
+        4 | 10 => 0.0,
         5 => 1.0,
         6 if schema.is_length => length,
         7 if schema.is_length => significant(length * choices.one_of(&[0.5, 0.9, 1.1, 2.0]), 3),

@@ -313,7 +313,16 @@ impl Comparer {
                 return Err(broken(format!("{value} at {place}")));
             }
             let actual_read = actual_read.unwrap_or_else(|| actual.read(&mut got));
-            if !actual_read.map_err(Verdict::Fail)? {
+            let is_read = match actual_read {
+                Ok(is_read) => is_read,
+                Err(failure) => {
+                    if failure.starts_at_one() && matches!(actual.read(&mut got), Ok(true)) {
+                        self.watch_on(oracle, actual, [&mut expected, &mut got], watch);
+                    }
+                    return Err(Verdict::Fail(failure));
+                }
+            };
+            if !is_read {
                 let failure = Failure::TooShort { states: self.states, expected: n_states };
                 return Err(Verdict::Fail(failure));
             }
@@ -355,8 +364,8 @@ impl Comparer {
         Ok(())
     }
 
-    /// Shows this state, whose time is wrong, and those that follow, as long as both traces have finite ones. They are not
-    /// measured.
+    /// Shows this state, whose time or number is wrong, and those that follow, as long as both traces have finite ones. They
+    /// are not measured.
     fn watch_on(
         &self,
         oracle: &mut dyn TraceReader,

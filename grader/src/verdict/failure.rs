@@ -111,6 +111,17 @@ impl Failure {
     /// The name of a hand-in whose files cannot be graded.
     pub const BAD_HAND_IN: &str = "bad-hand-in";
 
+    /// Whether the first row of a trace has step 1. It is read on then.
+    pub fn starts_at_one(&self) -> bool {
+        matches!(
+            self,
+            Self::Malformed {
+                fault: FormFault::Content(TraceFault::StepOrder { expected: 0, found }),
+                ..
+            } if found == "1"
+        )
+    }
+
     /// Whether it is about the numbers of a trace, which findings explain.
     pub fn has_numbers(&self) -> bool {
         matches!(self, Self::Differs | Self::Drifts { .. } | Self::FailsAltered { .. })

@@ -12,7 +12,9 @@ use grader::suite::assignment::Assignment;
 use grader::suite::{Case, NoTrace};
 use grader::verdict::{Failure, FormFault, Verdict};
 use scene::Scene;
-use scene::trace::{State, TraceFault};
+use scene::trace::{Shape, State, TraceFault, TraceReader, csv};
+use std::io::Cursor;
+use std::path::Path;
 use test_support::{root, sample, suite};
 
 /// Scenes of more particles are left out: a model solves dense systems.
@@ -738,6 +740,37 @@ fn a_mistake_beside_momenta_in_the_place_of_velocities_is_named() {
     });
     let output = "the output: m v stands in the place of each velocity";
     assert_said(&found, &[&change.words, output]);
+}
+
+/// A trace in CSV.
+fn csv_of(scene: &Scene, first: u64, states: &[State]) -> Box<dyn StateSource> {
+    let shape = Shape::of(scene);
+    let mut text = csv::header(shape).collect::<Vec<String>>().join(",");
+    let axes = scene.dimension.count();
+    for (step, State { positions, velocities, .. }) in (first..).zip(states) {
+        text += &format!("\n{step},{}", step as f64 * scene.time_step);
+        for (x, v) in positions.chunks(axes).zip(velocities.chunks(axes)) {
+            x.iter().chain(v).for_each(|number| text += &format!(",{number}"));
+        }
+    }
+    let reader = csv::CsvReader::new(Cursor::new(text), Path::new("a.csv"), shape);
+    let reader: Box<dyn TraceReader> = Box::new(reader.expect("a header"));
+    Box::new(reader)
+}
+
+#[test]
+fn a_mistake_beside_steps_from_one_on_is_named() {
+    let change = candidate("gravitationalforce lacks the factor m_i");
+    for (from, words) in [
+        (0, "the output: steps are counted from 1"),
+        (1, "the output: the initial state is missing"),
+    ] {
+        let found = findings_on(
+            |_| true,
+            |scene| csv_of(scene, 1, &states(scene, std::slice::from_ref(&change))[from..]),
+        );
+        assert_said(&found, &[&change.words, words]);
+    }
 }
 
 #[test]

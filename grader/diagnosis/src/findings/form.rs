@@ -54,6 +54,8 @@ pub(super) enum Kind {
     InitialMissing,
     /// The steps of the trace start at 1.
     StartsAtOne,
+    /// They do, with the initial state.
+    CountsFromOne,
     ByteOrder,
     Order,
     /// Right numbers in the wrong order from the reading of the scene on.
@@ -110,6 +112,7 @@ impl fmt::Display for Kind {
             Self::OneState => "every state of the trace is the same",
             Self::InitialMissing => "the initial state is missing",
             Self::StartsAtOne => "the initial state is missing, or steps are counted from 1",
+            Self::CountsFromOne => "steps are counted from 1",
             Self::ByteOrder => "reversed byte order",
             Self::Order | Self::OrderOpen => "right numbers in the wrong order",
             Self::OrderRead => "the numbers of particles are in the wrong order",
@@ -175,6 +178,7 @@ impl Kind {
             | Self::OneState
             | Self::InitialMissing
             | Self::StartsAtOne
+            | Self::CountsFromOne
             | Self::ByteOrder
             | Self::Order
             | Self::InitialWritten

@@ -32,6 +32,8 @@ enum Undo {
     Late,
     /// The scene's initial state is not written.
     Missing,
+    /// Rows have wrong numbers alone.
+    Renumbered,
     /// The velocities are those of the step before.
     VelocitiesLate,
     /// Each velocity is multiplied by the mass.
@@ -163,6 +165,7 @@ impl Undo {
             Kind::Negated => vec![Self::Negated],
             Kind::Late => vec![Self::Late],
             Kind::InitialMissing => vec![Self::Missing],
+            Kind::CountsFromOne => vec![Self::Renumbered],
             Kind::VelocitiesLate => vec![Self::VelocitiesLate],
             Kind::Momenta => vec![Self::Momenta],
             Kind::InitialVelocity
@@ -202,6 +205,7 @@ impl Undo {
             }
             Self::TimeStep(rule) => scene.time_step = TIME_STEPS[rule].1(&scene),
             Self::ConstantStep(step) => scene.time_step = step,
+            Self::Renumbered => {}
             Self::Late => drop(states.drain(..1)),
             Self::Missing => {
                 let (positions, velocities) = (scene.positions(), scene.velocities());
@@ -289,7 +293,7 @@ impl Restored {
 }
 
 /// Whether a state is the scene's initial one, up to the order of operations.
-fn is_start(scene: &Scene, state: &State) -> bool {
+pub(super) fn is_start(scene: &Scene, state: &State) -> bool {
     same(&state.positions, &scene.positions()) && same(&state.velocities, &scene.velocities())
 }
 

@@ -2,11 +2,13 @@
 //!
 //! ```text
 //! integer     there are as many as for a duration without its fraction, in every scene
+//! from one    the first row, of step 1, is the initial state, or the one after it
 //! the same    all rows of a trace are one state, or have its positions: that of the end in some scenes, so that it is in all
 //! ```
 
 use std::cmp::Ordering;
 
+use scene::trace::State;
 use scene::{Scene, step_count};
 use simulator::simulation::Simulation;
 use simulator::solver::linear::LinearSolver;
@@ -15,11 +17,14 @@ use super::FEW;
 use super::evidence::{Marked, SceneEvidence};
 use super::form::{Kind, same};
 use super::judged::{JudgedScene, Outcome};
+use super::restore::is_start;
+use crate::steps;
 
 /// Gives scenes the kind of failure that all of them show together.
 pub(super) fn settle(scenes: &mut [SceneEvidence<'_>]) {
     settle_durations(scenes);
     settle_same(scenes);
+    settle_first_rows(scenes);
 }
 
 /// Scenes whose traces have as many states as if the duration were an integer, if all have.
@@ -42,6 +47,37 @@ fn settle_durations(scenes: &mut [SceneEvidence<'_>]) {
         if matches!(scene.kind, Some(Kind::Duration | Kind::StateTooFew)) {
             scene.kind = Some(Kind::IntegerDuration);
         }
+    }
+}
+
+/// Scenes whose traces start with step 1, if all that move start with the initial state, or none and some with the next.
+fn settle_first_rows(scenes: &mut [SceneEvidence<'_>]) {
+    let is_open = |scene: &SceneEvidence<'_>| scene.kind == Some(Kind::StartsAtOne);
+    let (mut n_moving, mut n_initial, mut n_next) = (0, 0, 0);
+    for scene in scenes.iter().filter(|scene| is_open(scene)) {
+        let (inner, states) = (scene.judged.scene, scene.judged.states);
+        let moves = states.windows(2).any(|pair| {
+            pair[0].positions != pair[1].positions || pair[0].velocities != pair[1].velocities
+        });
+        if !moves {
+            continue;
+        }
+        let (positions, velocities) = (inner.positions(), inner.velocities());
+        let start = State { time: None, positions, velocities };
+        let (steps, _) = steps::examine(inner, &[start, states[0].clone()]);
+        n_moving += 1;
+        n_initial += usize::from(is_start(inner, &states[0]));
+        n_next += usize::from(steps.total > steps.wrong);
+    }
+    let kind = if n_initial == n_moving && n_moving >= FEW {
+        Kind::CountsFromOne
+    } else if n_initial == 0 && n_next >= FEW {
+        Kind::InitialMissing
+    } else {
+        return;
+    };
+    for scene in scenes.iter_mut().filter(|scene| is_open(scene)) {
+        scene.kind = Some(kind.clone());
     }
 }
 

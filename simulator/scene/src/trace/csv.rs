@@ -97,6 +97,8 @@ pub struct CsvReader<R: Read> {
     path: PathBuf,
     shape: Shape,
     next_step: u64,
+    /// Whether the current line is to be read again.
+    is_pending: bool,
     /// Whether rows hold velocities.
     velocities: bool,
 }
@@ -129,7 +131,8 @@ impl<R: Read> CsvReader<R> {
     fn unread(input: R, path: &Path, shape: Shape) -> Self {
         let limit = MAX_FIELD * (2 + 2 * shape.n_coordinates());
         let path = path.to_path_buf();
-        Self { lines: Lines::new(input, limit), path, shape, next_step: 0, velocities: true }
+        let (lines, next_step, is_pending) = (Lines::new(input, limit), 0, false);
+        Self { lines, path, shape, next_step, is_pending, velocities: true }
     }
 
     fn read_header(&mut self, optional: bool) -> Result<(), TraceError> {
@@ -222,13 +225,19 @@ impl<R: Read> CsvReader<R> {
     }
 }
 
+/// After the error that the first row has step 1, its rows are read from that one on.
 impl<R: Read + Send> TraceReader for CsvReader<R> {
     fn read(&mut self, state: &mut State) -> Result<bool, TraceError> {
-        if !self.lines.advance().map_err(|fault| self.line_fault(fault))? {
+        let is_pending = std::mem::take(&mut self.is_pending);
+        if !is_pending && !self.lines.advance().map_err(|fault| self.line_fault(fault))? {
             return Ok(false);
         }
         if self.read_row(state).is_none() {
-            return Err(self.fault(self.row_fault()));
+            let fault = self.row_fault();
+            if matches!(&fault, TraceFault::StepOrder { expected: 0, found } if found == "1") {
+                (self.next_step, self.is_pending) = (1, true);
+            }
+            return Err(self.fault(fault));
         }
         self.next_step += 1;
         Ok(true)

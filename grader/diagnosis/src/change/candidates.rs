@@ -18,10 +18,10 @@ use super::helper::{self, Helper};
 use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Axes, Beyond, Blocks, Carried, Change, Cleared, Effect, Ends, Entries, Factor, FixedRule,
-    Guess, Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Order, Particles, Pick,
-    Place, Quantity, Rule, SceneRule, SeenAt, Softening, Stale, Start, StillFixed, Term, Unknowns,
-    Which,
+    Axes, Beyond, Blocks, Carried, Change, Cleared, Coordinates, Effect, Ends, Entries, Factor,
+    FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton, Norm, Numbers,
+    Order, Particles, Pick, Place, Quantity, Rule, SceneRule, SeenAt, Softening, Stale, Start,
+    StillFixed, Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -982,6 +982,15 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     if method != OnePoint::Explicit && method != OnePoint::Symplectic {
         let words = "the Jacobians are divided by the masses of their columns, not of their rows";
         add(Rule::ColumnMasses, 2, words);
+        for step in [0.1, 0.01, 0.001].into_iter().filter(|step| *step != scene.time_step) {
+            let words = format!("in the matrix, the time step is always {step}");
+            add(Rule::MatrixStep(step), 2, &words);
+        }
+        let u = if method == OnePoint::Linearized { "v" } else { "u" };
+        for (jacobians, what) in [(true, "forces and Jacobians"), (false, "forces")] {
+            let words = format!("{what} are evaluated with the velocities v + h {u}, not {u}");
+            add(Rule::SeenAt(SeenAt::Displaced { jacobians }), 2, &words);
+        }
     }
     match method {
         OnePoint::Explicit | OnePoint::Symplectic => {
@@ -1138,12 +1147,21 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     for (what, forces, jacobians, inertia) in
         of_forces.into_iter().filter(|_| is_step).chain(of_matrix)
     {
-        let kept = |carried| Rule::Kept(Kept { carried, forces, jacobians, inertia });
+        let displacement = false;
+        let kept = |carried| Rule::Kept(Kept { carried, forces, jacobians, inertia, displacement });
         let words =
             format!("each step adds to {what} of the steps before, not set to zero in between");
         add(kept(Carried::Added(Cleared::None)), 2, &words);
         // The masses are the same in each step.
         if inertia {
+            // It is multiplied with the Jacobians that are added to it.
+            let factors = [(1.0, 2, "h²"), (-1.0, 2, "−h²"), (1.0, 1, "h"), (-1.0, 1, "−h")];
+            for (number, h, factor) in factors.into_iter().filter(|_| !forces) {
+                let words = format!(
+                    "each step adds to the matrix of the step before, not set to zero in between but multiplied by {factor}"
+                );
+                add(kept(Carried::Scaled(Factor { number, h, mass: 0 })), 2, &words);
+            }
             continue;
         }
         add(kept(Carried::Again), 2, &format!("each step uses {what} of the first one"));
@@ -1172,6 +1190,14 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         }
     }
     if method == OnePoint::Linearized {
+        let displaced = Kept {
+            carried: Carried::Again,
+            forces: false,
+            jacobians: [false; 2],
+            inertia: false,
+            displacement: true,
+        };
+        add(Rule::Kept(displaced), 2, "in x + h v, each step uses h v of the first one");
         add(Rule::StaleJacobians, 2, "the Jacobians are those of the step before");
         add(Rule::Seen([1.0, 0.0, 1.0]), 2, "dF/dx is evaluated with velocities of 0");
         for (factors, what) in [
@@ -1430,6 +1456,12 @@ fn newton_ends() -> Vec<(Newton, u8, String)> {
             3,
             "Newton's method starts from zero velocities, of fixed particles as well",
         ),
+        (
+            Guess::FixedZero,
+            1.0,
+            2,
+            "Newton's method sets the velocities of fixed particles to zero before it starts",
+        ),
         (Guess::Explicit, 1.0, 3, "Newton's method starts from a step of explicit Euler"),
     ] {
         let newton = Newton { guess, relaxation, ..NEWTON };
@@ -1558,7 +1590,9 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
             add(Some(false), rule(FixedRule::Cleared(unknowns)), 1, &words);
         }
         let words = "explicit methods end their loop at the first fixed particle: forces change no velocity from there on";
-        add(Some(false), rule(FixedRule::Ended), 1, words);
+        add(Some(false), rule(FixedRule::Ended { stands: false }), 1, words);
+        let words = "explicit methods end their loop at the first fixed particle: no particle moves from there on";
+        add(Some(false), rule(FixedRule::Ended { stands: true }), 1, words);
         return all;
     }
     let words = "implicit methods add the velocities of fixed particles to themselves in each step";
@@ -1578,6 +1612,16 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     ];
     for (hold, what) in holds {
         add(Some(true), rule(FixedRule::Hold(hold)), 1, &lacks(what));
+    }
+    for (late, what) in [
+        ([true, false], "h² dF/dx"),
+        ([false, true], "h dF/dv"),
+        ([true, true], "h² dF/dx and h dF/dv"),
+    ] {
+        let words = format!(
+            "implicit methods add {what} to the matrix after rows and columns of fixed particles are cleared"
+        );
+        add(Some(true), rule(FixedRule::Late(late)), 1, &words);
     }
     let cleared = [
         (true, true, true),
@@ -1646,7 +1690,14 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
         rank: 2,
     };
     let slips = helper::all().into_iter().map(|(slip, words)| (slip, words.to_owned()));
-    let reads = helper::reads(true).into_iter().map(|(read, what, of_which)| {
+    // One term that reads velocities has such slips of its own.
+    let terms = scene.forces.iter().filter(|element| element.pair().is_some());
+    let terms: BTreeSet<Term> = terms.flat_map(|element| Term::of(element.schema)).collect();
+    let has_several = terms.iter().filter(|term| term.depends_on().velocity).count() > 1;
+    let reads = helper::reads(true).into_iter().filter(|(read, ..)| {
+        has_several || !matches!(read.of, Coordinates::Velocities(_) | Coordinates::AllVelocities)
+    });
+    let reads = reads.map(|(read, what, of_which)| {
         (Helper::Read(read), format!("{what} is read for {of_which}"))
     });
     let blocks = of_stencil(Stencil::Edge)
@@ -1697,9 +1748,12 @@ fn partly(all: &[Change]) -> Vec<Change> {
     for change in all {
         let Effect::Scene(rule) = change.effect else { continue };
         let depends_on = match (rule, change.place) {
-            (SceneRule::NotFirstForce { .. } | SceneRule::NotLastForce { even_alone: true }, _) => {
-                Dependence { position: true, velocity: true, time: false }
-            }
+            (
+                SceneRule::OneForce { .. }
+                | SceneRule::NotFirstForce { .. }
+                | SceneRule::NotLastForce { even_alone: true },
+                _,
+            ) => Dependence { position: true, velocity: true, time: false },
             (
                 SceneRule::LeftOut { .. }
                 | SceneRule::OfEdge(..)
@@ -1743,9 +1797,15 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     add(reading, SceneRule::Masses(1.0), 1, "every mass is taken as 1".to_owned());
     add(reading, SceneRule::FirstMass, 2, "every mass is that of the first particle".to_owned());
     add(reading, SceneRule::LastMass, 2, "every mass is that of the last particle".to_owned());
-    for (once, rest) in [(false, "in forces as well"), (true, "in forces that of x alone")] {
-        let words = format!("masses are read as if all x came before all y, {rest}");
-        add(reading, SceneRule::MassesByAxis { once }, 2, words);
+    let axes = XY.into_iter().enumerate().take(scene.dimension.count());
+    let ones = axes.map(|(axis, name)| {
+        (MassList::OneAlong(axis), format!("masses along {name} are taken as 1"))
+    });
+    let by_axis = "masses are read as if all x came before all y".to_owned();
+    for (list, words) in [(MassList::ByAxis, by_axis)].into_iter().chain(ones) {
+        for (once, rest) in [(false, "in forces as well"), (true, "in forces that of x alone")] {
+            add(reading, SceneRule::MassList { list, once }, 2, format!("{words}, {rest}"));
+        }
     }
     if scene.particles.iter().any(|particle| particle.mass.fract() != 0.0) {
         add(reading, SceneRule::IntegerMasses, 2, "masses are read as integers".to_owned());
@@ -2065,7 +2125,13 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         for (misread, words) in Misread::all(schema) {
             add(whole, SceneRule::Misread(tag, misread), 2, format!("{tag} {words}"));
         }
-        for parameter in schema.parameters.iter().filter(is_of_scene) {
+        let is_cut = |name: &str| of_it().any(|element| element.parameter(name).fract() != 0.0);
+        let of_scene = || schema.parameters.iter().filter(is_of_scene);
+        if of_scene().filter(|parameter| is_cut(parameter.name)).count() > 1 {
+            let words = format!("{tag} reads its numbers as integers");
+            add(whole, SceneRule::Integers(tag), 2, words);
+        }
+        for parameter in of_scene() {
             let name = parameter.name;
             let place = of_parameter(name);
             for value in [0.0, 1.0] {
@@ -2087,7 +2153,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 }
             }
             let values = || of_it().map(|element| element.parameter(name));
-            if values().any(|value| value.fract() != 0.0) {
+            if is_cut(name) {
                 let words = format!("{tag} reads {name} as an integer");
                 add(place, SceneRule::Integer(tag, name), 2, words);
             }
@@ -2102,8 +2168,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let words = format!("{tag} without {name} takes that of the element before");
                 add(place, SceneRule::Carried(tag, name), 2, words);
             }
-            let others = schema.parameters.iter().filter(is_of_scene);
-            for other in others.filter(|other| other.name != name) {
+            for other in of_scene().filter(|other| other.name != name) {
                 let words = format!("{tag} reads {} in the place of {name}", other.name);
                 add(place, SceneRule::ParameterAs(tag, name, other.name), 2, words);
                 if name < other.name {

@@ -45,6 +45,8 @@ pub enum Slip {
     Sweeps(u16),
     /// So many sweeps of Jacobi's method.
     Jacobi(u16),
+    /// Rows whose factor is smaller than this power of ten are not eliminated.
+    Skips(i32),
     /// Conjugate gradients.
     ConjugateGradients,
 }
@@ -70,7 +72,11 @@ impl Slip {
                 (Self::Jacobi(count), format!("{solved} of Jacobi's method, from 0")),
             ]
         };
-        plain.chain(SWEEPS.into_iter().flat_map(of)).collect()
+        let skips = (-6..=-1).map(|power| {
+            let words = format!("the elimination skips rows whose factor is below 1e{power}");
+            (Self::Skips(power), words)
+        });
+        plain.chain(SWEEPS.into_iter().flat_map(of)).chain(skips).collect()
     }
 
     const PLAIN: [(Self, &'static str); 15] = [
@@ -112,20 +118,24 @@ impl Slip {
             numbers.for_each(|value| *value = f64::from(*value as f32));
         }
         for pivot in 0..n {
-            if matches!(self, Self::RightNotExchanged | Self::RowsNotExchanged) {
+            if matches!(self, Self::RightNotExchanged | Self::RowsNotExchanged | Self::Skips(_)) {
                 // Of two that are equal but for rounding, the first.
                 let size = |row: usize| matrix[(row, pivot)].abs();
                 let larger = |most, row| if size(row) > SAME * size(most) { row } else { most };
                 let largest = (pivot..n).fold(pivot, larger);
-                match self {
-                    Self::RightNotExchanged => matrix.swap_rows(pivot, largest),
-                    _ => right.swap_rows(pivot, largest),
+                if self != Self::RowsNotExchanged {
+                    matrix.swap_rows(pivot, largest);
+                }
+                if self != Self::RightNotExchanged {
+                    right.swap_rows(pivot, largest);
                 }
             }
             for row in pivot + 1..without(Self::LastRow) {
                 let mut factor = matrix[(row, pivot)] / matrix[(pivot, pivot)];
-                if self == Self::PositiveFactor {
-                    factor = factor.abs();
+                match self {
+                    Self::PositiveFactor => factor = factor.abs(),
+                    Self::Skips(power) if factor.abs() < 10.0_f64.powi(power) => continue,
+                    _ => {}
                 }
                 // Entries below the diagonal are left, where nothing reads them.
                 let first = pivot + usize::from(self == Self::Below);

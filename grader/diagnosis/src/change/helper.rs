@@ -54,9 +54,17 @@ pub(super) fn reads(has_velocity: bool) -> Vec<(Read, &'static str, String)> {
         |of: Coordinates, at: ReadAt, what, of_which| all.push((Read { of, at }, what, of_which));
     let of_number = "coordinate 2 i of particle i, and so on".to_owned();
     add(Coordinates::All, ReadAt::Number, "coordinate i", of_number);
-    let both = |axis: &str| format!("{axis}, of positions and velocities");
-    add(Coordinates::All, ReadAt::Axis(0, 1), "x", both("y"));
-    add(Coordinates::All, ReadAt::Axis(1, 0), "y", both("x"));
+    let of_both = [
+        (Coordinates::All, "positions and velocities", true),
+        (Coordinates::AllPositions, "positions", has_velocity),
+        (Coordinates::AllVelocities, "velocities", has_velocity),
+    ];
+    for (of, names, is_there) in of_both {
+        if is_there {
+            add(of, ReadAt::Axis(0, 1), "x", format!("y, of {names}"));
+            add(of, ReadAt::Axis(1, 0), "y", format!("x, of {names}"));
+        }
+    }
     let of_positions = [0, 1].map(|place| (Coordinates::Positions(place), "position", place));
     let of_velocities = [0, 1].map(|place| (Coordinates::Velocities(place), "velocity", place));
     let velocities = of_velocities.into_iter().filter(|_| has_velocity);
@@ -69,6 +77,10 @@ pub(super) fn reads(has_velocity: bool) -> Vec<(Read, &'static str, String)> {
         let vector = format!("the {name} of {}", ["i", "j"][place]);
         add(of, ReadAt::Scaled(0.0), "0", vector.clone());
         add(of, ReadAt::Scaled(-1.0), "its negative", vector);
+        // A sum in the place of one component of the difference.
+        for (axis, component) in ["x", "y"].into_iter().enumerate().filter(|_| place == 1) {
+            add(of, ReadAt::Negated(axis), "its negative", whose(component));
+        }
     }
     all
 }
@@ -87,6 +99,8 @@ pub(super) fn all() -> Vec<(Helper, &'static str)> {
         (direction(None, 1.0, 2), "directions are divided by the length twice: n is d/l²"),
         (direction(None, -1.0, 1), "directions have the wrong sign: n is −d/l"),
         (direction(Some(Axes::Swapped), 1.0, 1), "directions have x and y swapped"),
+        (direction(Some(Axes::Copied(0, 1)), 1.0, 1), "directions have x in the place of y"),
+        (direction(Some(Axes::Copied(1, 0)), 1.0, 1), "directions have y in the place of x"),
         (Helper::Dot(Dot::Along(0)), "dot products, also in lengths, have the x components alone"),
         (Helper::Dot(Dot::Along(1)), "dot products, also in lengths, have the y components alone"),
         (

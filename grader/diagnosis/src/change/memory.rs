@@ -10,16 +10,17 @@ pub struct Memory {
     force: Option<Vec<f64>>,
     jacobians: [Option<DMatrix<f64>>; 2],
     n_masses: f64,
+    velocities: Option<Vec<f64>>,
 }
 
 impl Memory {
     /// The force that a step uses, where this one is evaluated.
-    pub(super) fn force(&mut self, kept: Option<Kept>, mut force: Vec<f64>) -> Vec<f64> {
+    pub(super) fn force(&mut self, kept: Option<Kept>, mut force: Vec<f64>, h: f64) -> Vec<f64> {
         let Some(Kept { carried, .. }) = kept.filter(|kept| kept.forces) else { return force };
         if let Some(before) = &self.force {
             let n = force.len();
             for (place, (value, before)) in force.iter_mut().zip(before).enumerate() {
-                *value = carried.with(*value, *before, [place, 0], [n, 1]);
+                *value = carried.with(*value, *before, ([place, 0], [n, 1]), h);
             }
         }
         self.force = Some(force.clone());
@@ -31,6 +32,7 @@ impl Memory {
         &mut self,
         kept: Option<Kept>,
         mut both: [DMatrix<f64>; 2],
+        h: f64,
     ) -> [DMatrix<f64>; 2] {
         let Some(Kept { carried, jacobians, .. }) = kept else { return both };
         for ((matrix, before), _) in
@@ -41,7 +43,7 @@ impl Memory {
                 for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column)))
                 {
                     let (value, before) = (&mut matrix[(row, column)], before[(row, column)]);
-                    *value = carried.with(*value, before, [row, column], [n, n]);
+                    *value = carried.with(*value, before, ([row, column], [n, n]), h);
                 }
             }
             *before = Some(matrix.clone());
@@ -50,21 +52,31 @@ impl Memory {
     }
 
     /// How often the matrix of a step has the masses.
-    pub(super) fn masses(&mut self, kept: Option<Kept>) -> f64 {
-        let is_summed =
-            kept.is_some_and(|kept| kept.inertia && matches!(kept.carried, Carried::Added(_)));
-        self.n_masses = if is_summed { self.n_masses + 1.0 } else { 1.0 };
+    pub(super) fn masses(&mut self, kept: Option<Kept>, h: f64) -> f64 {
+        let of_before = match kept.filter(|kept| kept.inertia).map(|kept| kept.carried) {
+            Some(Carried::Added(_)) => self.n_masses,
+            Some(Carried::Scaled(factor)) => factor.of(h, 1.0) * self.n_masses,
+            _ => 0.0,
+        };
+        self.n_masses = 1.0 + of_before;
         self.n_masses
+    }
+
+    /// The velocities along which positions are displaced, in a step from these.
+    pub(super) fn velocities(&mut self, kept: Option<Kept>, velocities: &[f64]) -> Option<&[f64]> {
+        kept.filter(|kept| kept.displacement)?;
+        Some(self.velocities.get_or_insert_with(|| velocities.to_vec()))
     }
 }
 
 impl Carried {
     /// A value with the one before it, in this row and column of so many.
-    fn with(self, value: f64, before: f64, at: [usize; 2], of: [usize; 2]) -> f64 {
+    fn with(self, value: f64, before: f64, (at, of): ([usize; 2], [usize; 2]), h: f64) -> f64 {
         match self {
             Self::Again => before,
             Self::Subtracted => value - before,
             Self::Added(cleared) => value + cleared.left(before, at, of),
+            Self::Scaled(factor) => value + factor.of(h, 1.0) * before,
         }
     }
 }

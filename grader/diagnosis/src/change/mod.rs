@@ -124,6 +124,11 @@ impl Change {
             })
         };
         let implicit = || scene.integrator.matrix == Matrix::Jacobians;
+        if let Effect::Scene(rule) | Effect::Partly(_, rule) = &self.effect
+            && !rule.may_change(scene)
+        {
+            return false;
+        }
         match (&self.effect, self.place) {
             (Effect::Rounds(rule), _) => is_of_rounds(scene) && rule.acts_in(scene),
             (_, Place::Task(_)) => is_of_rounds(scene),
@@ -186,6 +191,35 @@ impl Change {
     }
 }
 
+impl SceneRule {
+    /// Whether a scene may be another one where it is read so: no number that is read otherwise has the value that it takes.
+    fn may_change(&self, scene: &Scene) -> bool {
+        let any = |tag: &str, is_other: &dyn Fn(&ForceElement) -> bool| {
+            scene.forces.iter().any(|element| element.schema.tag == tag && is_other(element))
+        };
+        let is_cut = |value: f64| value.fract() != 0.0;
+        // Rounds read springs that are not in their list of forces.
+        is_of_rounds(scene)
+            || match *self {
+                Self::Integers(tag) => {
+                    any(tag, &|element| element.parameters.iter().copied().any(is_cut))
+                }
+                Self::Integer(tag, name) => any(tag, &|element| is_cut(element.parameter(name))),
+                Self::Default(tag, name, _) => any(tag, &|element| element.parameter(name) == 0.0),
+                Self::Signed(tag, name, sign) => {
+                    any(tag, &|element| sign * element.parameter(name) < 0.0)
+                }
+                Self::Parameter(tag, name, value) => {
+                    any(tag, &|element| element.parameter(name) != value)
+                }
+                Self::ParameterAs(tag, one, other) | Self::Exchanged(tag, [one, other]) => {
+                    any(tag, &|element| element.parameter(one) != element.parameter(other))
+                }
+                _ => true,
+            }
+    }
+}
+
 impl Change {
     /// Whether a scene in which it acts cannot be right: rounds may read a scene by other code than other methods, and a
     /// method has its mistakes in the place of another only where it is there.
@@ -213,6 +247,7 @@ impl Change {
             rule,
             Rule::Matrix(..)
                 | Rule::Matrices(_)
+                | Rule::MatrixStep(_)
                 | Rule::StepsExchanged
                 | Rule::Inertia { .. }
                 | Rule::MassAt(_)
@@ -614,6 +649,10 @@ pub struct Read {
 pub enum Coordinates {
     /// All.
     All,
+    /// Positions of both.
+    AllPositions,
+    /// Velocities of both.
+    AllVelocities,
     /// Positions of the particle at this place.
     Positions(usize),
     /// Velocities of the particle at this place.
@@ -633,6 +672,8 @@ pub enum ReadAt {
     Before,
     /// There, but they are multiplied by this number.
     Scaled(f64),
+    /// There, but the one along this axis has the other sign.
+    Negated(usize),
 }
 
 /// What a force reads in the place of its arguments, most of it from the start of a step.
@@ -688,6 +729,15 @@ pub enum MassAt {
     FirstAlong(usize),
 }
 
+/// How a list with a mass for each coordinate is filled wrongly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MassList {
+    /// All particles for x, then all for y.
+    ByAxis,
+    /// 1 along this axis, as before it is filled.
+    OneAlong(usize),
+}
+
 /// The entries of a step's matrix that its solver reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Entries {
@@ -722,6 +772,8 @@ pub enum Rule {
     Matrix(Quantity, Factor),
     /// The same factor of both.
     Matrices(Factor),
+    /// The time step in the matrix.
+    MatrixStep(f64),
     /// `h K` and `h² B` in the matrix.
     StepsExchanged,
     /// The mass: its power in the matrix (or the velocity update), and a factor of `M (u − v)` on the right.
@@ -881,6 +933,11 @@ pub enum SeenAt {
     Velocity(usize, usize),
     /// In `x + h v`, they are.
     Predicted(usize, usize),
+    /// Velocities are `v + h u` with those of the positions `x + h u`.
+    Displaced {
+        /// For Jacobians as well as forces.
+        jacobians: bool,
+    },
 }
 
 /// Where the forces of a step are linearized.
@@ -895,7 +952,7 @@ pub struct Linearized {
 }
 
 /// Values that a program should compute anew in each step, and does not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kept {
     /// What is done with them.
     pub carried: Carried,
@@ -905,10 +962,12 @@ pub struct Kept {
     pub jacobians: [bool; 2],
     /// The masses in the matrix.
     pub inertia: bool,
+    /// `h v`, where a linearized method evaluates forces and Jacobians.
+    pub displacement: bool,
 }
 
 /// What becomes of the values of the step before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Carried {
     /// They are used again.
     Again,
@@ -916,6 +975,8 @@ pub enum Carried {
     Added(Cleared),
     /// They are subtracted from those of a step.
     Subtracted,
+    /// So many times those are added to them.
+    Scaled(Factor),
 }
 
 /// Entries of a vector, or of a matrix row by row, that are cleared.
@@ -986,6 +1047,8 @@ pub enum Guess {
     Zero,
     /// Zero, those of fixed particles as well.
     AllZero,
+    /// The old ones, those of fixed particles zero.
+    FixedZero,
     /// Those of explicit Euler.
     Explicit,
 }
@@ -1007,12 +1070,17 @@ pub enum FixedRule {
     Feel(Option<usize>),
     /// What is cleared in the linear system of an implicit method.
     Hold(Hold),
+    /// `h² ∂F/∂x` or `h ∂F/∂v` is added to the matrix after rows and columns are cleared.
+    Late([bool; 2]),
     /// Implicit methods evaluate forces at their old positions.
     Behind,
     /// Explicit methods clear the forces on these unknowns in the place of theirs.
     Cleared(Unknowns),
     /// Explicit methods end their loop at the first one: forces change no velocity from there on.
-    Ended,
+    Ended {
+        /// Positions do not move either.
+        stands: bool,
+    },
     /// Implicit methods add their velocities once more in each step.
     Doubled,
 }
@@ -1207,9 +1275,11 @@ pub enum SceneRule {
     FirstMass,
     /// Every mass is the last particle's.
     LastMass,
-    /// A list of masses with one for each coordinate has all particles for x, then all for y.
-    MassesByAxis {
-        /// Forces read one for all axes.
+    /// A list of masses with one for each coordinate is filled wrongly.
+    MassList {
+        /// How.
+        list: MassList,
+        /// Forces read the mass of the first coordinate for all axes.
         once: bool,
     },
     /// Each element of a force is one of another force as well, with the same parameters in their order.
@@ -1236,6 +1306,8 @@ pub enum SceneRule {
     },
     /// Masses are cut to integers of at least 1.
     IntegerMasses,
+    /// All parameters are cut to integers.
+    Integers(&'static str),
     /// A parameter is cut to an integer.
     Integer(&'static str, &'static str),
     /// A parameter has this value where it is not written, or 0.

@@ -18,9 +18,9 @@ use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
     Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess,
-    Hold, Index, Kept, Linearized, MassAt, Newton, Norm, Numbers, Order, Particles, Place,
-    Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Stale, Start, StillFixed, Term,
-    Unknowns, Which,
+    Hold, Index, Kept, Linearized, MassAt, MassList, Newton, Norm, Numbers, Order, Particles,
+    Place, Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Stale, Start, StillFixed,
+    Term, Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -164,6 +164,8 @@ pub(super) struct TermModel {
 pub(super) struct Rules {
     pub(super) forces: Factor,
     pub(super) matrix: [Factor; 2],
+    /// Another time step there.
+    pub(super) matrix_step: Option<f64>,
     pub(super) inertia_matrix: i32,
     pub(super) inertia_right: (i32, f64),
     /// Whether Jacobians are divided by the masses of their columns, not of their rows.
@@ -230,9 +232,12 @@ pub(super) struct FixedRules {
     pub(super) fall: bool,
     pub(super) feel: Option<Option<usize>>,
     pub(super) hold: Hold,
+    /// Jacobians that are added to the matrix after rows and columns are cleared, by position and by velocity.
+    pub(super) late: [bool; 2],
     pub(super) behind: bool,
     pub(super) cleared: Option<Unknowns>,
-    pub(super) ended: bool,
+    /// Whether loops end at the first fixed particle, and those of positions as well.
+    pub(super) ended: Option<bool>,
     pub(super) doubled: bool,
 }
 
@@ -246,8 +251,8 @@ pub struct Model {
     pub(super) substeps: u32,
     /// Masses, one a coordinate.
     pub(super) mass: Vec<f64>,
-    /// Whether the mass of coordinate `r` is read as that of particle `r` modulo their number, and by forces for x alone.
-    masses_by_axis: Option<bool>,
+    /// How the list of the masses of coordinates is filled wrongly, and whether forces read that of x for all axes.
+    mass_list: Option<(MassList, bool)>,
     /// Whether a coordinate is a fixed particle's.
     pub(super) fixed: Vec<bool>,
     /// `None`: a method of [`Model::several`], or one that cannot be stepped here.
@@ -309,8 +314,8 @@ impl Model {
                 read_wrongly(&mut scene, rule);
             }
         }
-        let masses_by_axis = changes.iter().find_map(|change| match change.effect {
-            Effect::Scene(SceneRule::MassesByAxis { once }) => Some(once),
+        let mass_list = changes.iter().find_map(|change| match change.effect {
+            Effect::Scene(SceneRule::MassList { list, once }) => Some((list, once)),
             _ => None,
         });
         let dimension = scene.dimension.count();
@@ -326,6 +331,7 @@ impl Model {
         let rules = Rules {
             forces: Factor::number(1.0),
             matrix: [Factor::number(1.0); 2],
+            matrix_step: None,
             inertia_matrix: 1,
             inertia_right: (1, 1.0),
             column_masses: false,
@@ -367,13 +373,14 @@ impl Model {
             fall: false,
             feel: None,
             hold: HELD,
+            late: [false; 2],
             behind: false,
             cleared: None,
-            ended: false,
+            ended: None,
             doubled: false,
         };
         let mut model = Self {
-            masses_by_axis,
+            mass_list,
             dimension,
             h: scene.time_step,
             substeps: 1,
@@ -390,9 +397,8 @@ impl Model {
             helper: None,
             scene,
         };
-        if masses_by_axis.is_some() {
-            let by_axis = |dof: usize| model.mass_at(dof);
-            model.mass = (0..model.mass.len()).map(by_axis).collect();
+        if mass_list.is_some() {
+            model.mass = (0..model.mass.len()).map(|dof| model.mass_at(dof)).collect();
         }
         let part = match Method::of(model.scene.integrator.equation) {
             Method::Backward { linearized: false, part } => Some(part),
@@ -429,9 +435,11 @@ impl Model {
 
     /// The mass that a program reads for a coordinate.
     fn mass_at(&self, dof: usize) -> f64 {
-        let count = self.scene.particles.len();
-        let particle =
-            if self.masses_by_axis.is_some() { dof % count } else { dof / self.dimension };
+        let particle = match self.mass_list {
+            Some((MassList::OneAlong(axis), _)) if dof % self.dimension == axis => return 1.0,
+            Some((MassList::ByAxis, _)) => dof % self.scene.particles.len(),
+            _ => dof / self.dimension,
+        };
         self.scene.particles[particle].mass
     }
 
@@ -532,9 +540,10 @@ impl Model {
                         self.rules.newton.iterations = MANY_ITERATIONS;
                     }
                 }
+                FixedRule::Late(late) => self.fixed_rules.late = late,
                 FixedRule::Behind => self.fixed_rules.behind = true,
                 FixedRule::Cleared(unknowns) => self.fixed_rules.cleared = Some(unknowns),
-                FixedRule::Ended => self.fixed_rules.ended = true,
+                FixedRule::Ended { stands } => self.fixed_rules.ended = Some(stands),
                 FixedRule::Doubled => self.fixed_rules.doubled = true,
             },
             effect @ (Effect::Formula(term, ..)
@@ -569,6 +578,7 @@ impl Model {
             Rule::Matrices(factor) => {
                 rules.matrix = rules.matrix.map(|matrix| matrix.and(factor));
             }
+            Rule::MatrixStep(h) => rules.matrix_step = Some(h),
             Rule::StepsExchanged => {
                 let [k, b] = rules.matrix;
                 rules.matrix = [k.and(Factor::h(-1)), b.and(Factor::h(1))];
@@ -658,7 +668,7 @@ impl Model {
                 let is_kept =
                     |quantity: Quantity| self.terms.iter().any(|model| model.term.has(quantity));
                 let acts = jacobians.any(|(quantity, kept)| kept && is_kept(quantity));
-                if kept.forces || kept.inertia || acts {
+                if kept.forces || kept.inertia || kept.displacement || acts {
                     rules.kept = Some(kept);
                 }
             }
@@ -905,15 +915,17 @@ impl Model {
                     let masses = read.map(|particle| self.scene.particles[particle].mass);
                     formula.value(&Inputs { masses, ..inputs }).vector()[axis]
                 }),
-                None if self.masses_by_axis == Some(false) => Vector3::from_fn(|axis, _| {
-                    let axis = axis.min(self.dimension - 1);
-                    let inputs = self.inputs(model, element, pair, [x, v], None);
-                    let masses = match element.particles.is_empty() {
-                        true => pair.map(|one| self.mass_at(one * self.dimension + axis)),
-                        false => inputs.masses,
-                    };
-                    formula.value(&Inputs { masses, ..inputs }).vector()[axis]
-                }),
+                None if matches!(self.mass_list, Some((_, false))) => {
+                    Vector3::from_fn(|axis, _| {
+                        let axis = axis.min(self.dimension - 1);
+                        let inputs = self.inputs(model, element, pair, [x, v], None);
+                        let masses = match element.particles.is_empty() {
+                            true => pair.map(|one| self.mass_at(one * self.dimension + axis)),
+                            false => inputs.masses,
+                        };
+                        formula.value(&Inputs { masses, ..inputs }).vector()[axis]
+                    })
+                }
                 masses => of(pair, masses),
             };
             if let [i, j] = element.particles[..] {
@@ -1157,7 +1169,13 @@ impl Model {
         let read = |values: &[f64], particle: usize, which: Coordinates| {
             let mut vector = self.vector(values, particle);
             let Some(Read { of, at }) = slip else { return vector };
-            if of != Coordinates::All && of != which {
+            let is_read = match of {
+                Coordinates::All => true,
+                Coordinates::AllPositions => matches!(which, Coordinates::Positions(_)),
+                Coordinates::AllVelocities => matches!(which, Coordinates::Velocities(_)),
+                _ => of == which,
+            };
+            if !is_read {
                 return vector;
             }
             let (first, last) = (particle * self.dimension, self.dimension - 1);
@@ -1173,6 +1191,7 @@ impl Model {
                 ReadAt::Next => vector[last] = number(Some(first + last + 1)),
                 ReadAt::Before => vector[0] = number(first.checked_sub(1)),
                 ReadAt::Scaled(factor) => vector *= factor,
+                ReadAt::Negated(axis) => vector[axis] *= -1.0,
             }
             vector
         };
@@ -1795,6 +1814,11 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 *value = value.trunc();
             }
         }
+        SceneRule::Integers(tag) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                element.parameters.iter_mut().for_each(|value| *value = value.trunc());
+            }
+        }
         SceneRule::Default(tag, name, default) => {
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 let value = element.parameter_mut(name);
@@ -1933,7 +1957,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         | SceneRule::AssignedDiagonal(..)
         | SceneRule::AssignedCross(..)
         | SceneRule::AssignedByAll { .. }
-        | SceneRule::MassesByAxis { .. }
+        | SceneRule::MassList { .. }
         | SceneRule::Scattered(_)
         | SceneRule::AssignedOwn(..) => {}
         SceneRule::StillFixed(which) => {

@@ -116,6 +116,11 @@ impl Model {
         step as f64 * self.scene.time_step
     }
 
+    /// Where Newton's method starts and ends.
+    pub fn newton(&self) -> Newton {
+        self.rules.newton
+    }
+
     /// Whether a step depends on all steps before it.
     pub fn remembers(&self) -> bool {
         self.rules.kept.is_some()
@@ -265,7 +270,7 @@ impl Model {
                 .filter(|particle| self.scene.particles[*particle].fixed);
             return fixed.any(|particle| self.unknowns(particle, unknowns).any(|one| one == dof));
         }
-        if self.fixed_rules.ended {
+        if self.fixed_rules.ended.is_some() {
             return self.fixed[..=dof].contains(&true);
         }
         self.fixed[dof]
@@ -276,9 +281,10 @@ impl Model {
             }
     }
 
-    /// Whether it is a fixed particle's, and fixed particles do not move.
+    /// Whether it is a coordinate of a particle that does not move.
     fn stands(&self, dof: usize) -> bool {
         self.fixed[dof] && self.fixed_rules.stand
+            || self.fixed_rules.ended == Some(true) && self.fixed[..=dof].contains(&true)
     }
 
     /// A step of an explicit method, so many coordinates at a time; the velocities alone unless it moves.
@@ -314,7 +320,7 @@ impl Model {
         }
         let force =
             if self.has_no_force(earlier) { vec![0.0; at.x.len()] } else { self.force(&at) };
-        let mut force = memory.force(self.rules.kept, force);
+        let mut force = memory.force(self.rules.kept, force, self.h);
         self.gate(&at, &mut force);
         self.copy_forces(&mut force);
         for (dof, velocity) in state.velocities.iter_mut().enumerate() {
@@ -348,8 +354,17 @@ impl Model {
             }
             _ => self.point(time, old, u, at),
         };
+        if matches!(self.rules.seen_at, Some(SeenAt::Displaced { .. })) {
+            self.displace_velocities(&mut at, old, u);
+        }
         at.v.iter_mut().for_each(|v| *v *= self.rules.seen[0]);
         self.with_others(at, earlier)
+    }
+
+    /// Puts `v + h u` in the place of the velocities at which a value is evaluated.
+    fn displace_velocities(&self, at: &mut Point, old: &State, u: &[f64]) {
+        let displaced = old.velocities.iter().zip(u).map(|(v, u)| v + self.h * u);
+        at.v = displaced.collect();
     }
 
     /// Whether forces are those of a step before that there is not.
@@ -377,7 +392,7 @@ impl Model {
             Some(SeenAt::Twice) => x.iter_mut().for_each(|x| *x *= 2.0),
             Some(SeenAt::Velocity(from, to)) => copy(&mut u, [from, to]),
             Some(SeenAt::Predicted(from, to)) => copy(&mut along, [from, to]),
-            None => {}
+            Some(SeenAt::Displaced { .. }) | None => {}
         }
         x.iter_mut().zip(&along).for_each(|(x, u)| *x += c * self.h * u);
         if self.fixed_rules.behind && self.is_implicit() {
@@ -431,6 +446,9 @@ impl Model {
         };
         let at = self.rules.jacobians_at[usize::from(quantity == Quantity::ByVelocity)];
         let mut at = self.point(time, of, u, at.unwrap_or(1.0));
+        if self.rules.seen_at == Some(SeenAt::Displaced { jacobians: true }) {
+            self.displace_velocities(&mut at, of, u);
+        }
         let place = quantity.place();
         at.v.iter_mut().for_each(|v| *v *= self.rules.seen[place]);
         Some(self.with_others(at, earlier))
@@ -438,7 +456,8 @@ impl Model {
 
     fn matrix_coefficients(&self, mass: f64) -> [f64; 2] {
         let [k, b] = self.rules.matrix;
-        [self.h * self.h * k.of(self.h, mass), self.h * b.of(self.h, mass)]
+        let h = self.rules.matrix_step.unwrap_or(self.h);
+        [h * h * k.of(h, mass), h * b.of(h, mass)]
     }
 
     /// Newton's method, or one step of it.
@@ -499,6 +518,9 @@ impl Model {
             Guess::Zero => {
                 (0..v.len()).map(|dof| if self.fixed[dof] { v[dof] } else { 0.0 }).collect()
             }
+            Guess::FixedZero => {
+                (0..v.len()).map(|dof| if self.fixed[dof] { 0.0 } else { v[dof] }).collect()
+            }
             Guess::Explicit => {
                 let force = self.force(&Point::new(&old.positions, v, time));
                 let free = |dof: usize| if self.fixed[dof] { 0.0 } else { self.h * force[dof] };
@@ -551,16 +573,24 @@ impl Model {
         u: &[f64],
     ) -> Option<Vec<f64>> {
         let kept = self.rules.kept;
-        let at = self.force_point(time, earlier, old, u);
+        let displaced = memory.velocities(kept, u).map(<[f64]>::to_vec);
+        let displace = |at: &mut Point| {
+            for (x, (first, u)) in at.x.iter_mut().zip(displaced.iter().flatten().zip(u)) {
+                *x += self.h * (first - u);
+            }
+        };
+        let mut at = self.force_point(time, earlier, old, u);
+        displace(&mut at);
         let force = if self.has_no_force(earlier) { vec![0.0; u.len()] } else { self.force(&at) };
-        let mut force = memory.force(kept, force);
+        let mut force = memory.force(kept, force, self.h);
         self.gate(&at, &mut force);
         self.copy_forces(&mut force);
         let size = u.len();
         let jacobian = |quantity: Quantity| {
             let at = self.jacobian_point(quantity, time, earlier, old, u);
             let none = || DMatrix::zeros(size, size);
-            at.map_or_else(none, |at| {
+            at.map_or_else(none, |mut at| {
+                displace(&mut at);
                 let mut jacobian = match self.rules.differences {
                     Some(differences) => self.differences(quantity, &at, differences),
                     None => self.jacobian(quantity, &at),
@@ -572,24 +602,29 @@ impl Model {
             })
         };
         let both = [Quantity::ByPosition, Quantity::ByVelocity].map(jacobian);
-        let [mut k, mut b] = memory.jacobians(kept, both);
+        let [mut k, mut b] = memory.jacobians(kept, both, self.h);
         match self.rules.other {
             Some(Quantity::ByPosition) => k.clone_from(&b),
             Some(Quantity::ByVelocity) => b.clone_from(&k),
             _ => {}
         }
-        let n_masses = memory.masses(kept);
-        let mut matrix = DMatrix::from_fn(size, size, |row, column| {
+        let n_masses = memory.masses(kept, self.h);
+        let jacobians = |row: usize, column: usize, is_late: bool| {
             let [of_k, of_b] = self.matrix_coefficients(self.mass[row]);
             let side =
                 if self.rules.column_masses { self.mass[row] / self.mass[column] } else { 1.0 };
+            let [late_k, late_b] = self.fixed_rules.late;
+            let part = |is_its: bool, value: f64| if is_its == is_late { value } else { 0.0 };
+            side * (part(late_k, of_k * k[(row, column)]) + part(late_b, of_b * b[(row, column)]))
+        };
+        let mut matrix = DMatrix::from_fn(size, size, |row, column| {
             let inertia = match row == column {
                 true => {
                     n_masses * self.mass[row].powi(self.rules.inertia_matrix) + self.rules.diagonal
                 }
                 false => 0.0,
             };
-            inertia - side * (of_k * k[(row, column)] + of_b * b[(row, column)])
+            inertia - jacobians(row, column, false)
         });
         let (power, sign) = self.rules.inertia_right;
         let mut right = DVector::from_fn(size, |dof, _| {
@@ -608,6 +643,9 @@ impl Model {
             }
         }
         self.hold(&mut matrix, &mut right);
+        if self.fixed_rules.late.contains(&true) {
+            matrix -= DMatrix::from_fn(size, size, |row, column| jacobians(row, column, true));
+        }
         let mut delta = match self.rules.slip {
             None => matrix.lu().solve(&right)?,
             Some(slip) => slip.solve(matrix, right),

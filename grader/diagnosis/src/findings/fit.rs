@@ -1,7 +1,9 @@
 //! Changes with numbers in them, found from the steps: the residual of a step is affine in most of them.
 
+use std::borrow::Cow;
+
 use crate::change::candidates::{self, Numbered};
-use crate::change::{Change, Effect, Guess, Iterate, Model, Rule};
+use crate::change::{Change, Effect, Guess, Iterate, Model, Newton, Rule};
 use reference::method::{Method, OnePoint};
 use scene::Scene;
 
@@ -127,13 +129,15 @@ fn affine(
 }
 
 /// Those of these changes whose ends of Newton's method are all the ends of the scene's sampled steps: iterates are the same
-/// whatever ends them.
+/// whatever ends them. None where the right end is: a method that converges slowly is near its end before.
 pub(super) fn ends(scene: &SceneEvidence<'_>, made: &[Change], all: Vec<Change>) -> Vec<Change> {
     let model = Model::new(&scene.scene, made);
     let newton = |change: &Change| match change.effect {
         Effect::Method(_, Rule::Newton(newton)) => Some(newton),
         _ => None,
     };
+    let right = Newton { iterations: usize::MAX, ..model.newton() };
+    let mut is_right = true;
     let mut fitting = all;
     for evidence in &scene.evidence {
         let mut paths: Vec<((Guess, f64), Vec<Iterate>)> = Vec::new();
@@ -148,8 +152,18 @@ pub(super) fn ends(scene: &SceneEvidence<'_>, made: &[Change], all: Vec<Change>)
             let last = Iterate::last(&paths[number].1, &newton);
             last.is_some_and(|last| scene.ends_at(evidence, &last.velocities))
         });
+        if fitting.is_empty() {
+            return fitting;
+        }
+        is_right &= {
+            let path = paths.iter().find(|(from, _)| *from == (right.guess, right.relaxation));
+            let new = || model.iterates(&evidence.sample, right.guess, right.relaxation);
+            let path = path.map_or_else(|| Cow::Owned(new()), |(_, path)| Cow::Borrowed(path));
+            let last = Iterate::last(&path, &right);
+            last.is_some_and(|last| scene.ends_at(evidence, &last.velocities))
+        };
     }
-    fitting
+    if is_right { Vec::new() } else { fitting }
 }
 
 /// The speed at which a particle ends in every sample, and that none exceeds.

@@ -2,7 +2,7 @@
 
 use diagnosis::change::candidates;
 use diagnosis::change::gate::{Gate, Measure};
-use diagnosis::change::{Change, Memory, Model, Quantity, Term};
+use diagnosis::change::{Change, Effect, Memory, Model, Newton, Place, Quantity, Rule, Term};
 use diagnosis::findings::{Feature, Finding, FindingKind, Part};
 use grader::grading;
 use grader::oracle::Oracle;
@@ -359,6 +359,46 @@ fn other_mistakes_in_newtons_method_are_not_laid_to_a_wrong_matrix() {
     assert_eq!(finding.open, 0, "{found:#?}");
     let is_said = |finding: &Finding| finding.scenes.iter().any(|name| name.contains("-implicit"));
     assert!(found.iter().any(is_said), "{found:#?}");
+}
+
+/// The states of a program with this change in the matrix of a linearized method, and in that of Newton's, which ends after a
+/// hundred iterations.
+fn with_shared_matrix(scene: &Scene, change: &Change, others: &[Change]) -> Vec<State> {
+    let name = scene.integrator.name;
+    let newton = Newton { iterations: 100, ..Model::new(scene, &[]).newton() };
+    let ends = Change {
+        place: Place::Integrator(name),
+        words: String::new(),
+        effect: Effect::Method(name, Rule::Newton(newton)),
+        rank: 1,
+    };
+    let of_newton = candidates::of_newton(name, change).into_iter().chain([ends]);
+    let all: Vec<Change> = match name {
+        "implicit-euler" => others.iter().cloned().chain(of_newton).collect(),
+        _ => others.iter().chain([change]).cloned().collect(),
+    };
+    states(scene, &all)
+}
+
+#[test]
+fn newtons_method_that_a_wrong_solver_slows_down_has_no_other_end() {
+    let words = "linearized-implicit-euler: the elimination skips rows whose factor is below 1e-2";
+    let change = candidate(words);
+    let found = findings_of(|scene| with_shared_matrix(scene, &change, &[]));
+    let has = |words: &str| found.iter().any(|finding| finding.sentence().contains(words));
+    assert!(has(words) && !has("Newton's method ends"), "{found:#?}");
+}
+
+#[test]
+fn a_parameter_that_is_read_right_in_a_scene_leaves_nothing_wrong_there() {
+    let read = candidate("springforce uses k = 1 where it is not given");
+    let change =
+        candidate("linearized-implicit-euler: dF/dv has a factor h too many in the matrix");
+    let found =
+        findings_of(|scene| with_shared_matrix(scene, &change, std::slice::from_ref(&read)));
+    for words in [&read.words, &change.words] {
+        assert!(found.iter().any(|finding| finding.words.contains(words)), "{words}: {found:#?}");
+    }
 }
 
 #[test]

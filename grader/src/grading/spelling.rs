@@ -126,24 +126,30 @@ pub(super) fn misread(
 ) -> Vec<Finding> {
     let unread: Vec<Option<Unread>> =
         judged.par_iter().map(|judged| unread(program, oracle, judged)).collect();
-    let shown = || unread.iter().flatten().filter(|one| one.is_shown);
-    let shown: BTreeSet<&String> = shown().flat_map(|one| &one.words).collect();
-    // A scene that fails by another mistake as well.
-    let is_known =
-        |one: &Unread| !one.words.is_empty() && one.words.iter().all(|words| shown.contains(words));
     let mut found: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for (judged, unread) in judged.iter_mut().zip(&unread) {
-        let Some(unread) = unread.as_ref().filter(|one| one.is_shown || is_known(one)) else {
-            continue;
-        };
-        judged.is_misread = true;
-        let what = match unread.words.as_slice() {
-            [] => "something in how these files are written is".to_owned(),
-            words => format!("{} are", words.join(", and ")),
-        };
-        found.entry(what).or_default().push(judged.case.id.clone());
+    for (judged, words) in judged.iter_mut().zip(said(&unread)) {
+        judged.is_misread = words.is_some();
+        found
+            .entry(words.unwrap_or_default())
+            .or_default()
+            .extend(judged.is_misread.then(|| judged.case.id.clone()));
     }
-    found.into_iter().map(|(what, scenes)| Finding::of_misread(&what, scenes)).collect()
+    let found = found.into_iter().filter(|(_, scenes)| !scenes.is_empty());
+    found.map(|(words, scenes)| Finding::of_misread(&words, scenes)).collect()
+}
+
+/// What is said of each scene. One that fails by another mistake as well shows no habits but those that others show.
+fn said(unread: &[Option<Unread>]) -> Vec<Option<String>> {
+    let shown = unread.iter().flatten().filter(|one| one.is_shown);
+    let shown: BTreeSet<&String> = shown.flat_map(|one| &one.words).collect();
+    let of = |one: &Unread| match one.words.as_slice() {
+        [] => one.is_shown.then(|| "something in how these files are written is".to_owned()),
+        words => {
+            let is_known = one.is_shown || words.iter().all(|words| shown.contains(words));
+            is_known.then(|| format!("{} are", words.join(", and ")))
+        }
+    };
+    unread.iter().map(|one| one.as_ref().and_then(of)).collect()
 }
 
 /// What the program does not read in a file that fails.
@@ -483,6 +489,25 @@ mod tests {
             plain,
             lines(&[particle, particle, "<edge i=\"0\" radius=\"2\" j=\"1\"/>", edge, spring])
         );
+    }
+
+    #[test]
+    fn scenes_with_another_mistake_show_what_others_show() {
+        let unread = |words: &[&str], is_shown: bool| {
+            Some(Unread { words: words.iter().map(|one| (*one).to_owned()).collect(), is_shown })
+        };
+        let all = [
+            unread(&["a"], true),
+            unread(&["a"], false),
+            unread(&["a", "b"], false),
+            unread(&[], false),
+            unread(&[], true),
+            None,
+        ];
+        let said = said(&all);
+        let said: Vec<Option<&str>> = said.iter().map(Option::as_deref).collect();
+        let something = Some("something in how these files are written is");
+        assert_eq!(said, [Some("a are"), Some("a are"), None, None, something, None]);
     }
 
     #[test]

@@ -285,6 +285,8 @@ const CHANGES: &[&str] = &[
     "linearized-implicit-euler: in x + h v, each step uses h v of the first one",
     "linearized-implicit-euler: forces are evaluated with the velocities v + h v, not v",
     "implicit-euler: forces and Jacobians are evaluated with the velocities v + h u, not u",
+    "implicit-euler: Newton's method evaluates forces with the velocities u + (u − v), not u",
+    "implicit-euler: Newton's method moves the particles by h u in every iteration, not once at its end, and ends after 100 iterations",
     "linearized-implicit-euler: in the matrix, the time step is always 0.01",
     "linearized-implicit-euler: the elimination skips rows whose factor is below 1e-2",
 ];
@@ -399,6 +401,8 @@ fn a_parameter_that_is_read_right_in_a_scene_leaves_nothing_wrong_there() {
     for words in [&read.words, &change.words] {
         assert!(found.iter().any(|finding| finding.words.contains(words)), "{words}: {found:#?}");
     }
+    let slow = "Newton's method hardly converges in these scenes";
+    assert!(found.iter().any(|finding| finding.sentence().contains(slow)), "{found:#?}");
 }
 
 #[test]

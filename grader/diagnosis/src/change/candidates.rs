@@ -1355,7 +1355,12 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
             let words = format!(
                 "Newton's method moves positions on in every iteration, not from x, and ends after {iterations} iterations"
             );
-            all.push(change(Rule::Accumulated { iterations }, 2, words));
+            let stays = false;
+            all.push(change(Rule::Accumulated { iterations, stays }, 2, words));
+            let words = format!(
+                "Newton's method moves the particles by h u in every iteration, not once at its end, and ends after {iterations} iterations"
+            );
+            all.push(change(Rule::Accumulated { iterations, stays: true }, 2, words));
         }
         for ([positions, velocities], what) in [
             ([true, false], "the positions x + h v"),
@@ -1376,6 +1381,8 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
                 format!("Newton's method takes the velocity for its change over the step, {what}");
             all.push(change(Rule::WholeChange { inertia, forces }, 1, words));
         }
+        let words = "Newton's method evaluates forces with the velocities u + (u − v), not u";
+        all.push(change(Rule::SeenAt(SeenAt::Ahead), 1, words.to_owned()));
         let words = "Newton's method makes no iteration after the first step";
         all.push(change(Rule::Once, 2, words.to_owned()));
         let ends = newton_ends().into_iter();

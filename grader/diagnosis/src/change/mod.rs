@@ -832,6 +832,8 @@ pub enum Rule {
     Accumulated {
         /// The number of iterations.
         iterations: usize,
+        /// By each new velocity, and positions stay there at the end of the step; otherwise by the one before.
+        stays: bool,
     },
     /// Forces and Jacobians are evaluated at such a state.
     SeenAt(SeenAt),
@@ -933,6 +935,8 @@ pub enum SeenAt {
     Velocity(usize, usize),
     /// In `x + h v`, they are.
     Predicted(usize, usize),
+    /// Of Newton's method: velocities are `u + (u − v)`.
+    Ahead,
     /// Velocities are `v + h u` with those of the positions `x + h u`.
     Displaced {
         /// For Jacobians as well as forces.

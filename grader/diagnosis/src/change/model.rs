@@ -193,8 +193,8 @@ pub(super) struct Rules {
     pub(super) restarted: bool,
     /// Whether Newton's method makes no iteration after the first step.
     pub(super) once: bool,
-    /// Whether Newton's method moves the positions of its last iteration on.
-    pub(super) accumulated: bool,
+    /// Whether Newton's method moves the positions of its last iteration on; whether they stay there.
+    pub(super) accumulated: Option<bool>,
     /// Another state at which forces and Jacobians are evaluated.
     pub(super) seen_at: Option<SeenAt>,
     /// The Jacobian that is the other one.
@@ -349,7 +349,7 @@ impl Model {
             whole: None,
             restarted: false,
             once: false,
-            accumulated: false,
+            accumulated: None,
             seen_at: None,
             other: None,
             forces_along: None,
@@ -645,8 +645,8 @@ impl Model {
             Rule::Restarted { iterations } => {
                 (rules.restarted, rules.newton.iterations) = (true, iterations);
             }
-            Rule::Accumulated { iterations } => {
-                (rules.accumulated, rules.newton.iterations) = (true, iterations);
+            Rule::Accumulated { iterations, stays } => {
+                (rules.accumulated, rules.newton.iterations) = (Some(stays), iterations);
             }
             Rule::Once => rules.once = true,
             Rule::SeenAt(at) => rules.seen_at = Some(at),

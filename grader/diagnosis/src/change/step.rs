@@ -354,17 +354,21 @@ impl Model {
             }
             _ => self.point(time, old, u, at),
         };
-        if matches!(self.rules.seen_at, Some(SeenAt::Displaced { .. })) {
-            self.displace_velocities(&mut at, old, u);
-        }
+        self.displace_velocities(&mut at, old, u, false);
         at.v.iter_mut().for_each(|v| *v *= self.rules.seen[0]);
         self.with_others(at, earlier)
     }
 
-    /// Puts `v + h u` in the place of the velocities at which a value is evaluated.
-    fn displace_velocities(&self, at: &mut Point, old: &State, u: &[f64]) {
-        let displaced = old.velocities.iter().zip(u).map(|(v, u)| v + self.h * u);
-        at.v = displaced.collect();
+    /// Puts others in the place of the velocities at which forces or Jacobians are evaluated.
+    fn displace_velocities(&self, at: &mut Point, old: &State, u: &[f64], of_jacobians: bool) {
+        let pairs = old.velocities.iter().zip(u);
+        match self.rules.seen_at {
+            Some(SeenAt::Displaced { jacobians }) if jacobians || !of_jacobians => {
+                at.v = pairs.map(|(v, u)| v + self.h * u).collect();
+            }
+            Some(SeenAt::Ahead) => at.v = pairs.map(|(v, u)| u + (u - v)).collect(),
+            _ => {}
+        }
     }
 
     /// Whether forces are those of a step before that there is not.
@@ -392,7 +396,7 @@ impl Model {
             Some(SeenAt::Twice) => x.iter_mut().for_each(|x| *x *= 2.0),
             Some(SeenAt::Velocity(from, to)) => copy(&mut u, [from, to]),
             Some(SeenAt::Predicted(from, to)) => copy(&mut along, [from, to]),
-            Some(SeenAt::Displaced { .. }) | None => {}
+            Some(SeenAt::Ahead | SeenAt::Displaced { .. }) | None => {}
         }
         x.iter_mut().zip(&along).for_each(|(x, u)| *x += c * self.h * u);
         if self.fixed_rules.behind && self.is_implicit() {
@@ -446,9 +450,7 @@ impl Model {
         };
         let at = self.rules.jacobians_at[usize::from(quantity == Quantity::ByVelocity)];
         let mut at = self.point(time, of, u, at.unwrap_or(1.0));
-        if self.rules.seen_at == Some(SeenAt::Displaced { jacobians: true }) {
-            self.displace_velocities(&mut at, of, u);
-        }
+        self.displace_velocities(&mut at, of, u, true);
         let place = quantity.place();
         at.v.iter_mut().for_each(|v| *v *= self.rules.seen[place]);
         Some(self.with_others(at, earlier))
@@ -485,10 +487,13 @@ impl Model {
             let delta = self.update(memory, time, earlier, &from, &u)?;
             made += 1;
             reached |= self.size(newton.norm, &delta) < newton.tolerance;
-            if self.rules.accumulated && !linearized {
-                let positions = from.to_mut().positions.iter_mut();
-                positions.zip(&u).for_each(|(x, u)| *x += self.h * u);
-            }
+            let mut accumulate = |stays: bool, u: &[f64]| {
+                if self.rules.accumulated == Some(stays) && !linearized {
+                    let positions = from.to_mut().positions.iter_mut();
+                    positions.zip(u).for_each(|(x, u)| *x += self.h * u);
+                }
+            };
+            accumulate(false, &u);
             if !(reached && newton.drops_last && !linearized) {
                 let applied = if linearized { 1.0 } else { newton.relaxation };
                 for (dof, (u, delta)) in u.iter_mut().zip(&delta).enumerate() {
@@ -500,9 +505,15 @@ impl Model {
                     *u = kept + applied * delta;
                 }
             }
+            accumulate(true, &u);
             if reached {
                 break;
             }
+        }
+        if self.rules.accumulated == Some(true) && !linearized {
+            // The step moves them by the last velocity once more.
+            let before = from.positions.iter().zip(&u).map(|(x, u)| x - self.h * u);
+            state.positions = before.collect();
         }
         state.velocities = u;
         let is_early = most < CONVERGING;
@@ -1009,7 +1020,7 @@ impl Model {
         let is_one_solve = rules.slip.is_none()
             && rules.differences.is_none()
             && rules.iterations == 1
-            && !(rules.lost || rules.once || rules.restarted || rules.accumulated)
+            && !(rules.lost || rules.once || rules.restarted || rules.accumulated.is_some())
             && rules.forces_along.is_none()
             && !self.fixed_rules.hold.solution;
         let shows = self.substeps == 1 && !self.remembers() && is_one_solve;

@@ -112,11 +112,17 @@ pub(super) fn common(scenes: &[Marked<'_>], found: &[Finding]) -> Vec<Shared> {
         scene.kind == Some(Kind::Wrong) && !scene.explained && !scene.open && !is_named(scene)
     };
     let is_finite = |scene: &&Marked<'_>| !matches!(scene.judged.outcome, Outcome::NotFinite(_));
-    let (finite, other): (Vec<_>, Vec<_>) = scenes.iter().filter(is_open).partition(is_finite);
+    let (stalling, open): (Vec<_>, Vec<_>) =
+        scenes.iter().filter(is_open).partition(|scene| scene.stalls);
+    let (finite, other): (Vec<_>, Vec<_>) = open.into_iter().partition(is_finite);
     let is_right = |scene: &&Marked<'_>| scene.passed || scene.explained && scene.is_suspect();
     let right: Vec<Right<'_>> = scenes.iter().filter(is_right).map(Right::of).collect();
     let mut all = groups(other, &right, "NaN or infinite numbers in the trace; ");
     all.extend(groups(finite, &right, ""));
+    if !stalling.is_empty() {
+        let words = "with the linear system of the linearized method as it is found here, Newton's method hardly converges in these scenes";
+        all.push(Shared { finding: unnamed(words.to_owned(), &stalling), apart: None });
+    }
     all
 }
 

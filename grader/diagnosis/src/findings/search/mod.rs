@@ -484,6 +484,14 @@ impl<'a> Search<'a> {
                 scene.open = is_astray
                     || !acting.is_empty() && model.can_step() && agrees()
                     || steps_otherwise(scene, &made);
+                // A program has one matrix and one solver for all methods that need them.
+                let name = scene.scene.integrator.name;
+                let twins = made.iter().filter_map(|change| candidates::of_newton(name, change));
+                let twins: Vec<Change> = twins.filter(|twin| !made.contains(twin)).collect();
+                scene.stalls = scene.is_newton() && !twins.is_empty() && {
+                    let model = Model::new(&scene.scene, &[&made[..], &twins].concat());
+                    model.can_step() && scene.agrees_with(&model, usize::MAX) == Agreement::Open
+                };
             });
     }
 

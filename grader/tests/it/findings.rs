@@ -287,6 +287,9 @@ const CHANGES: &[&str] = &[
     "implicit-euler: forces and Jacobians are evaluated with the velocities v + h u, not u",
     "implicit-euler: Newton's method evaluates forces with the velocities u + (u − v), not u",
     "implicit-euler: Newton's method moves the particles by h u in every iteration, not once at its end, and ends after 100 iterations",
+    "implicit-euler: Newton's method moves the particles by h u in every iteration from x + h v on, not once at its end, and ends after 50 iterations",
+    "dF/dx of springforce's elastic force has l − l0/l in the place of (l − l0)/l",
+    "in all forces, each dF/dx has its block j j added to the block i i",
     "linearized-implicit-euler: in the matrix, the time step is always 0.01",
     "linearized-implicit-euler: the elimination skips rows whose factor is below 1e-2",
 ];

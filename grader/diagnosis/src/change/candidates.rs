@@ -18,10 +18,10 @@ use super::helper::{self, Helper};
 use super::model::{HELD, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Axes, Beyond, Blocks, Carried, Change, Cleared, Coordinates, Effect, Ends, Entries, Factor,
-    FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton, Norm, Numbers,
-    Order, Particles, Pick, Place, Quantity, Rule, SceneRule, SeenAt, Softening, Stale, Start,
-    StillFixed, Term, Unknowns, Which,
+    Accumulated, Axes, Beyond, Blocks, Carried, Change, Cleared, Coordinates, Effect, Ends,
+    Entries, Factor, FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton,
+    Norm, Numbers, Order, Particles, Pick, Place, Quantity, Rule, SceneRule, SeenAt, Softening,
+    Stale, Start, StillFixed, Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -1355,12 +1355,16 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
             let words = format!(
                 "Newton's method moves positions on in every iteration, not from x, and ends after {iterations} iterations"
             );
-            let stays = false;
-            all.push(change(Rule::Accumulated { iterations, stays }, 2, words));
-            let words = format!(
-                "Newton's method moves the particles by h u in every iteration, not once at its end, and ends after {iterations} iterations"
-            );
-            all.push(change(Rule::Accumulated { iterations, stays: true }, 2, words));
+            let by = Accumulated::Before;
+            all.push(change(Rule::Accumulated { iterations, by }, 2, words));
+            for (by, from) in
+                [(Accumulated::After, ""), (Accumulated::FromBefore, " from x + h v on")]
+            {
+                let words = format!(
+                    "Newton's method moves the particles by h u in every iteration{from}, not once at its end, and ends after {iterations} iterations"
+                );
+                all.push(change(Rule::Accumulated { iterations, by }, 2, words));
+            }
         }
         for ([positions, velocities], what) in [
             ([true, false], "the positions x + h v"),
@@ -1707,14 +1711,19 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
     let reads = reads.map(|(read, what, of_which)| {
         (Helper::Read(read), format!("{what} is read for {of_which}"))
     });
-    let blocks = of_stencil(Stencil::Edge)
-        .into_iter()
-        .map(|(blocks, words)| (Helper::Blocks(blocks), format!("each Jacobian {words}")));
-    let entries = of_blocks()
-        .into_iter()
-        .map(|(axes, _, words)| (Helper::Entries(axes), format!("each Jacobian {words}")));
-    let mut all: Vec<Change> =
-        slips.chain(reads).chain(blocks).chain(entries).map(change).collect();
+    let of_matrix = [(JACOBIANS, "each Jacobian"), (BY_POSITION, "each dF/dx")];
+    let of_matrix = of_matrix.into_iter().flat_map(|(quantities, what)| {
+        let words = move |rest: String| format!("{what} {rest}");
+        let blocks = of_stencil(Stencil::Edge).into_iter();
+        let blocks =
+            blocks.map(move |(blocks, rest)| (Helper::Blocks(quantities, blocks), words(rest)));
+        let entries = of_blocks().into_iter();
+        let entries = entries.map(move |(axes, _, rest)| {
+            (Helper::Entries(quantities, axes), words(rest.to_string()))
+        });
+        blocks.chain(entries)
+    });
+    let mut all: Vec<Change> = slips.chain(reads).chain(of_matrix).map(change).collect();
     let mut tags: Vec<&'static str> = Vec::new();
     for schema in scene.forces.iter().map(|element| element.schema) {
         let is_new = !tags.contains(&schema.tag);

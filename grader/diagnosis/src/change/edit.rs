@@ -366,22 +366,32 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 }
             }
             // The parentheses around a sum are missing.
-            for place in 1..factors.len() {
-                let (by, Expression::Sum(terms)) = (&factors[place - 1], &factors[place]) else {
+            let pairs =
+                (1..factors.len()).flat_map(|place| [(place - 1, place), (place, place - 1)]);
+            for (of_by, place) in pairs {
+                let (by, Expression::Sum(terms)) = (&factors[of_by], &factors[place]) else {
                     continue;
                 };
-                if !is_symbol(by) || !factors[place].is_number() {
+                let divides = matches!(by, Expression::Power(_, -1));
+                let is_first = of_by < place;
+                if !(is_symbol(by) || divides && !is_first) || !factors[place].is_number() {
                     continue;
                 }
-                let product = Expression::Product(vec![by.clone(), factors[place].clone()]);
-                for number in [0, terms.len() - 1] {
+                let mut product = vec![by.clone(), factors[place].clone()];
+                // What follows is taken with the last term.
+                let first = if is_first { Some(0) } else { None };
+                if !is_first {
+                    product.reverse();
+                }
+                let product = Expression::Product(product);
+                for number in first.into_iter().chain([terms.len() - 1]) {
                     let scaled = match &terms[number] {
                         Expression::Product(inner) => inner.iter().chain([by]).cloned().collect(),
                         term => vec![by.clone(), term.clone()],
                     };
                     let new = Expression::Sum(replaced(terms, number, Expression::Product(scaled)));
                     let words = format!("has {new} in the place of {product}");
-                    let whole = without(&replaced(factors, place, new), place - 1);
+                    let whole = without(&replaced(factors, place, new), of_by);
                     all.push(Edit::new(Expression::Product(whole), words, 2));
                 }
             }

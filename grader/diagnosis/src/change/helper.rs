@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Axes, Blocks, Coordinates, Read, ReadAt};
+use super::{Axes, Blocks, Coordinates, Quantity, Read, ReadAt};
 
 /// A function on vectors with a slip.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,10 +19,10 @@ pub enum Helper {
     Direction(Option<Axes>, f64, i32),
     /// The coordinates of the two particles.
     Read(Read),
-    /// Where the blocks of a Jacobian are added.
-    Blocks(Blocks),
+    /// Where the blocks of these Jacobians are added.
+    Blocks(&'static [Quantity], Blocks),
     /// The entries of these blocks.
-    Entries(Axes),
+    Entries(&'static [Quantity], Axes),
 }
 
 /// A dot product.

@@ -145,7 +145,7 @@ impl Change {
             }
             (Effect::Helper(helper), _) => {
                 let is_pair = |element: &ForceElement| element.pair().is_some();
-                let is_of_matrix = matches!(helper, Helper::Blocks(_) | Helper::Entries(_));
+                let is_of_matrix = matches!(helper, Helper::Blocks(..) | Helper::Entries(..));
                 let is_used = !is_of_matrix || implicit();
                 is_used && !is_of_rounds(scene) && scene.forces.iter().any(is_pair)
             }
@@ -832,8 +832,8 @@ pub enum Rule {
     Accumulated {
         /// The number of iterations.
         iterations: usize,
-        /// By each new velocity, and positions stay there at the end of the step; otherwise by the one before.
-        stays: bool,
+        /// By which velocities.
+        by: Accumulated,
     },
     /// Forces and Jacobians are evaluated at such a state.
     SeenAt(SeenAt),
@@ -924,6 +924,17 @@ pub struct Stale {
     pub velocities: bool,
     /// There is no force in the first step.
     pub none_first: bool,
+}
+
+/// The velocities by which Newton's method moves positions in every iteration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Accumulated {
+    /// Those before it; the step moves positions from its start.
+    Before,
+    /// Those before it, and positions stay there.
+    FromBefore,
+    /// Those after it, and positions stay there.
+    After,
 }
 
 /// A state that is not the one at which forces should be evaluated.

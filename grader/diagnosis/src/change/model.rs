@@ -17,10 +17,10 @@ use super::gate::{Gate, Measure, Measured};
 use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::{
-    Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor, FixedRule, Guess,
-    Hold, Index, Kept, Linearized, MassAt, MassList, Newton, Norm, Numbers, Order, Particles,
-    Place, Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Stale, Start, StillFixed,
-    Term, Unknowns, Which,
+    Accumulated, Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor,
+    FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton, Norm, Numbers,
+    Order, Particles, Place, Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Stale,
+    Start, StillFixed, Term, Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -193,8 +193,8 @@ pub(super) struct Rules {
     pub(super) restarted: bool,
     /// Whether Newton's method makes no iteration after the first step.
     pub(super) once: bool,
-    /// Whether Newton's method moves the positions of its last iteration on; whether they stay there.
-    pub(super) accumulated: Option<bool>,
+    /// How Newton's method moves the positions of its last iteration on.
+    pub(super) accumulated: Option<Accumulated>,
     /// Another state at which forces and Jacobians are evaluated.
     pub(super) seen_at: Option<SeenAt>,
     /// The Jacobian that is the other one.
@@ -645,8 +645,8 @@ impl Model {
             Rule::Restarted { iterations } => {
                 (rules.restarted, rules.newton.iterations) = (true, iterations);
             }
-            Rule::Accumulated { iterations, stays } => {
-                (rules.accumulated, rules.newton.iterations) = (Some(stays), iterations);
+            Rule::Accumulated { iterations, by } => {
+                (rules.accumulated, rules.newton.iterations) = (Some(by), iterations);
             }
             Rule::Once => rules.once = true,
             Rule::SeenAt(at) => rules.seen_at = Some(at),
@@ -811,7 +811,8 @@ impl Model {
         let axes = self.dimension;
         let place = quantity.place();
         let most = model.n_coordinates(place, at.x.len(), axes);
-        let blocks = model.evaluations[place].blocks.or_else(|| self.blocks_of_all(model));
+        let blocks =
+            model.evaluations[place].blocks.or_else(|| self.blocks_of_all(model, quantity));
         self.each_block(model, quantity, at, &mut |row, column, block| {
             let block = self.rules.blocks.map_or(*block, |axes| axes.of_matrix(*block));
             let is_at_index =
@@ -978,11 +979,13 @@ impl Model {
         // The blocks of an element, row by row, changed.
         let mut put_all = |element: &Element, particles: &[usize], blocks: &mut [Matrix3<f64>]| {
             let m = particles.len();
-            let changed = evaluation.blocks.or_else(|| self.blocks_of_all(model));
+            let changed = evaluation.blocks.or_else(|| self.blocks_of_all(model, quantity));
             if let Some(change) = changed {
                 change.change(m, blocks);
             }
-            if let (Some(Helper::Entries(axes)), 2) = (self.helper, m) {
+            if let (Some(Helper::Entries(of, axes)), 2) = (self.helper, m)
+                && of.contains(&quantity)
+            {
                 blocks.iter_mut().for_each(|block| *block = axes.of_matrix(*block));
             }
             let is_local = changed == Some(Blocks::LocalIndices);
@@ -1024,9 +1027,10 @@ impl Model {
     }
 
     /// The blocks of the Jacobians of every force between two particles, changed.
-    fn blocks_of_all(&self, model: &TermModel) -> Option<Blocks> {
+    fn blocks_of_all(&self, model: &TermModel, quantity: Quantity) -> Option<Blocks> {
+        let is_pair = || model.term.schema().stencil.size() == 2;
         match self.helper {
-            Some(Helper::Blocks(change)) if model.term.schema().stencil.size() == 2 => Some(change),
+            Some(Helper::Blocks(of, change)) if of.contains(&quantity) && is_pair() => Some(change),
             _ => None,
         }
     }

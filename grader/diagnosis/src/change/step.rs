@@ -17,7 +17,8 @@ use super::gate::Measure;
 use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
 use super::{
-    Change, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Stale, Start, Term, Unknowns,
+    Accumulated, Change, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Stale, Start, Term,
+    Unknowns,
 };
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
@@ -487,8 +488,9 @@ impl Model {
             let delta = self.update(memory, time, earlier, &from, &u)?;
             made += 1;
             reached |= self.size(newton.norm, &delta) < newton.tolerance;
-            let mut accumulate = |stays: bool, u: &[f64]| {
-                if self.rules.accumulated == Some(stays) && !linearized {
+            let accumulated = self.rules.accumulated.filter(|_| !linearized);
+            let mut accumulate = |is_after: bool, u: &[f64]| {
+                if accumulated.is_some_and(|by| (by == Accumulated::After) == is_after) {
                     let positions = from.to_mut().positions.iter_mut();
                     positions.zip(u).for_each(|(x, u)| *x += self.h * u);
                 }
@@ -510,10 +512,14 @@ impl Model {
                 break;
             }
         }
-        if self.rules.accumulated == Some(true) && !linearized {
-            // The step moves them by the last velocity once more.
-            let before = from.positions.iter().zip(&u).map(|(x, u)| x - self.h * u);
-            state.positions = before.collect();
+        // The step moves them by the last velocity once more.
+        match self.rules.accumulated.filter(|_| !linearized) {
+            Some(Accumulated::FromBefore) => state.positions.clone_from(&from.positions),
+            Some(Accumulated::After) => {
+                let before = from.positions.iter().zip(&u).map(|(x, u)| x - self.h * u);
+                state.positions = before.collect();
+            }
+            Some(Accumulated::Before) | None => {}
         }
         state.velocities = u;
         let is_early = most < CONVERGING;

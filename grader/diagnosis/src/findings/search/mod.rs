@@ -552,7 +552,7 @@ impl<'a> Search<'a> {
             });
         // The equation of rounds is known in full: one such scene says that something else is wrong.
         let enough = if is_of_rounds(cause.change()) { 1 } else { cause.scenes.len() + 1 };
-        !cause.is_lack() && refuting.count() >= enough
+        refuting.count() >= enough
     }
 
     /// Whether a mistake leaves too many scenes wrong in which it acts. A far-fetched one, such as a number that the steps

@@ -36,7 +36,7 @@ pub(super) fn survivors(
     let is_of_matrix = |change: &Change| {
         use Effect::{Blocks, Helper};
         let is_helper =
-            |helper: &_| matches!(helper, helper::Helper::Blocks(_) | helper::Helper::Entries(_));
+            |helper: &_| matches!(helper, helper::Helper::Blocks(..) | helper::Helper::Entries(..));
         match &change.effect {
             Blocks(..) => true,
             Helper(helper) => is_helper(helper),

@@ -290,6 +290,10 @@ const CHANGES: &[&str] = &[
     "implicit-euler: Newton's method moves the particles by h u in every iteration from x + h v on, not once at its end, and ends after 50 iterations",
     "dF/dx of springforce's elastic force has l − l0/l in the place of (l − l0)/l",
     "in all forces, each dF/dx has its block j j added to the block i i",
+    "in all forces, each Jacobian is added from row i on for particles i and j, as if each had one coordinate",
+    "dF/dx of gravitationalforce is added from column j on for particles i and j, as if each had one coordinate",
+    "implicit methods clear the unknowns i, i + 1 of fixed particle i, and clear the forces on them",
+    "steps of linearized-implicit-euler hold fixed particles along x only, and clear the forces on them",
     "linearized-implicit-euler: in the matrix, the time step is always 0.01",
     "linearized-implicit-euler: the elimination skips rows whose factor is below 1e-2",
 ];

@@ -769,6 +769,10 @@ fn of_stencil(stencil: Stencil) -> Vec<(Blocks, String)> {
         let words =
             "is added from row i and column i on for particle i, as if each had one coordinate";
         blocks.push((Blocks::AtIndex { own: false }, words.to_owned()));
+        let one = "is added from {row} i on for particle i, as if each had one coordinate";
+        for (at, name) in [(Blocks::RowAtIndex, "row"), (Blocks::ColumnAtIndex, "column")] {
+            blocks.push((at, one.replace("{row}", name)));
+        }
     } else {
         let between = if is_pair { "the two particles" } else { "different particles" };
         let all = if is_pair { "two particles" } else { "the particles" };
@@ -807,6 +811,12 @@ fn of_stencil(stencil: Stencil) -> Vec<(Blocks, String)> {
             (Blocks::AtIndex { own: false }, format!("is added {from}")),
             (Blocks::AtIndex { own: true }, format!("has {own} added {from}")),
         ]);
+        for (at, name) in [(Blocks::RowAtIndex, "row i"), (Blocks::ColumnAtIndex, "column j")] {
+            let words = format!(
+                "is added from {name} on for particles i and j, as if each had one coordinate"
+            );
+            blocks.push((at, words));
+        }
         let of_pair = (0..4).map(|place| [place / 2, place % 2]).filter(|_| is_pair);
         let of_pair: Vec<[usize; 2]> = of_pair.collect();
         for (from, to) in of_pair.iter().flat_map(|from| of_pair.iter().map(move |to| (from, to))) {
@@ -1655,6 +1665,20 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
         ] {
             let hold = Hold { rows, columns, right, unknowns, of_right: unknowns, ..HELD };
             let words = format!("implicit methods {words}");
+            add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
+        }
+    }
+    // Programs that clear the sum of forces as well.
+    for (unknowns, words) in [
+        (Unknowns::Axis(0), "hold fixed particles along x only"),
+        (Unknowns::Axis(1), "hold fixed particles along y only"),
+        (Unknowns::Index, "clear the unknowns i, i + 1 of fixed particle i"),
+        (Unknowns::Number, "hold the unknown i of fixed particle i, and no other"),
+        (Unknowns::ByAxis, "hold fixed particles as if all x came before all y"),
+    ] {
+        for right in [true, false] {
+            let hold = Hold { right, unknowns, of_right: unknowns, unforced: true, ..HELD };
+            let words = format!("implicit methods {words}, and clear the forces on them");
             add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
         }
     }

@@ -575,6 +575,10 @@ pub enum Blocks {
         /// Only the blocks of each particle with itself.
         own: bool,
     },
+    /// The same of rows alone.
+    RowAtIndex,
+    /// The same of columns alone.
+    ColumnAtIndex,
     /// The right ones, but for a factor of the one in this row and column.
     Scaled(usize, usize, f64),
     /// The same of one entry of this block, by its components.
@@ -1121,6 +1125,8 @@ pub struct Hold {
     pub leading: bool,
     /// Whether their part of the solution is cleared.
     pub solution: bool,
+    /// Whether no force acts on them.
+    pub unforced: bool,
 }
 
 /// The unknowns that are taken for those of particle `i`.

@@ -293,6 +293,7 @@ pub(super) const HELD: Hold = Hold {
     between: false,
     leading: false,
     solution: false,
+    unforced: false,
 };
 
 impl Model {
@@ -815,9 +816,12 @@ impl Model {
             model.evaluations[place].blocks.or_else(|| self.blocks_of_all(model, quantity));
         self.each_block(model, quantity, at, &mut |row, column, block| {
             let block = self.rules.blocks.map_or(*block, |axes| axes.of_matrix(*block));
-            let is_at_index =
-                matches!(blocks, Some(Blocks::AtIndex { own }) if !own || row == column);
-            let first = if is_at_index { [row, column] } else { [row * axes, column * axes] };
+            let first = match blocks {
+                Some(Blocks::AtIndex { own }) if !own || row == column => [row, column],
+                Some(Blocks::RowAtIndex) => [row, column * axes],
+                Some(Blocks::ColumnAtIndex) => [row * axes, column],
+                _ => [row * axes, column * axes],
+            };
             for (a, b) in (0..axes).flat_map(|a| (0..axes).map(move |b| (a, b))) {
                 let (row, column, value) = (first[0] + a, first[1] + b, block[(a, b)]);
                 if row >= most {

@@ -648,7 +648,9 @@ impl Model {
             let [is_whole, _] = self.rules.whole_change;
             let kept = if is_whole { 0.0 } else { self.rules.old * old.velocities[dof] };
             let inertia = sign * self.mass[dof].powi(power) * (u[dof] - kept);
-            self.force_coefficient(dof) * force[dof] - inertia
+            let is_felt = !(self.fixed_rules.hold.unforced && self.fixed[dof]);
+            let force = if is_felt { self.force_coefficient(dof) * force[dof] } else { 0.0 };
+            force - inertia
         });
         if let Some(factor) = self.rules.stiff_right {
             let factor = factor.of(self.h, 1.0);

@@ -1,13 +1,14 @@
 //! Changes with numbers in them, which the search determines from steps; and steps by rounds of local and global steps.
 
-use diagnosis::change::candidates::Numbered;
+use diagnosis::change::candidates::{self, Numbered};
 use diagnosis::change::expression::{Direction, Inputs};
 use diagnosis::change::round_changes::of_rounds;
 use diagnosis::change::rounds::is_of_rounds;
-use diagnosis::change::{Change, Memory, Model, Place, Sample, Task, Term, edit, forms};
+use diagnosis::change::{Change, Effect, Memory, Model, Place, Sample, Task, Term, edit, forms};
 use nalgebra::Vector3;
 use reference::method::Method;
 use scene::Scene;
+use scene::schema::Matrix;
 use scene::trace::State;
 use simulator::simulation::Simulation;
 use test_support::suite;
@@ -83,6 +84,46 @@ fn the_derivatives_of_formulas_with_numbers_are_their_differences() {
         }
     }
     assert!(count > 20, "{count} formulas");
+}
+
+/// Where steps have no Jacobian, scenes that forces alone read otherwise have the steps of scenes that are read so as a whole, with
+/// each other weight of an element beside it.
+#[test]
+fn forces_alone_that_read_another_scene_step_as_in_that_scene() {
+    let mut count = 0;
+    for case in suite().cases.iter().filter(|case| case.scene.particles.len() < 12) {
+        let scene = &case.scene;
+        let readings = candidates::of_reading(scene, &[]);
+        let in_part = readings.iter().filter_map(|change| {
+            let words = change.words.strip_suffix(", in forces alone")?;
+            Some([change, readings.iter().find(|whole| whole.words == words)?])
+        });
+        let model = Model::new(scene, &[]);
+        let terms = (0..model.n_terms()).map(|number| model.term(number));
+        let lawful = terms.filter(|term| forms::of(term.schema(), term.part).is_none());
+        let slips = lawful.flat_map(candidates::of_term);
+        let slips = slips.filter(|slip| matches!(slip.effect, Effect::Weight(..)));
+        let slips: Vec<Option<&Change>> = slips.map(Some).chain([None]).collect();
+        let is_explicit = scene.integrator.matrix != Matrix::Jacobians;
+        for pair in in_part.filter(|_| is_explicit && slips.len() > 1) {
+            for slip in &slips {
+                let [in_part, whole] = pair.map(|reading| {
+                    let changes: Vec<Change> =
+                        slip.iter().copied().chain([reading]).cloned().collect();
+                    made(scene, &changes, 2)
+                });
+                let last = whole.last().map(|state| &state.positions);
+                let reach = last.into_iter().flatten().fold(1.0, |most: f64, x| most.max(x.abs()));
+                let words = (&pair[0].words, slip.as_ref().map(|slip| &slip.words));
+                assert_eq!(in_part.len(), whole.len(), "{}: {words:?}", case.id);
+                let is_same = |pair: (&State, &State)| distance(pair.0, pair.1) <= 1e-9 * reach;
+                let pairs = in_part.iter().zip(&whole);
+                assert!(pairs.into_iter().all(is_same), "{}: {words:?}", case.id);
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 300, "{count} pairs");
 }
 
 /// States of a scene as far as a model makes them.

@@ -138,6 +138,7 @@ struct Others {
     quantities: &'static [Quantity],
     elements: Arc<[Element]>,
     scene: Arc<Scene>,
+    law: Option<Arc<Laws>>,
 }
 
 /// A term of a scene.
@@ -898,11 +899,12 @@ impl Model {
                 add_at(first, *particle, *force * weight);
             }
         };
-        if let Some(law) = &model.law {
+        if let Some(law) = model.law_of(Quantity::Force) {
+            let elements = model.elements_of(Quantity::Force);
             law.each_stencil(|law, stencil| {
                 let forces = law.forces_on(stencil, x, v, at.time);
                 let mut forces: Vec<Vector3<f64>> = forces.into_iter().map(Into::into).collect();
-                add_all(&model.elements[stencil.number], &stencil.particles, &mut forces);
+                add_all(&elements[stencil.number], &stencil.particles, &mut forces);
             });
             return;
         }
@@ -998,7 +1000,8 @@ impl Model {
                 put(element, particle(place / m), particle(place % m), *block);
             }
         };
-        if let Some(law) = &model.law {
+        if let Some(law) = model.law_of(quantity) {
+            let elements = model.elements_of(quantity);
             law.each_stencil(|law, stencil| {
                 let both = law.jacobians_on(stencil, x, v, at.time);
                 let matrix = if place == 0 { both.by_position } else { both.by_velocity };
@@ -1009,7 +1012,7 @@ impl Model {
                     Matrix3::from_fn(|a, b| if a.max(b) < d { entry(a, b) } else { 0.0 })
                 };
                 let mut blocks: Vec<Matrix3<f64>> = (0..m * m).map(block).collect();
-                put_all(&model.elements[stencil.number], &stencil.particles, &mut blocks);
+                put_all(&elements[stencil.number], &stencil.particles, &mut blocks);
             });
             return;
         }
@@ -1238,6 +1241,11 @@ impl TermModel {
     /// The elements of which a quantity is the sum.
     fn elements_of(&self, quantity: Quantity) -> &[Element] {
         self.others_of(quantity).map_or(&self.elements, |others| &others.elements)
+    }
+
+    /// The law of these elements, if the force has no formula.
+    fn law_of(&self, quantity: Quantity) -> Option<&Laws> {
+        self.others_of(quantity).map_or(&self.law, |others| &others.law).as_deref()
     }
 
     /// The scene of these elements: `scene`, or as it is read for this quantity.
@@ -1547,7 +1555,6 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
         }
     }
     let model = |term: Term| {
-        let of_it = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
         let elements = scene.forces.iter().zip(&lost).enumerate();
         let elements = elements.filter(|(_, (element, _))| element.schema.tag == term.tag);
         let elements = elements.map(|(place, (element, lost))| Element {
@@ -1565,15 +1572,19 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             },
         });
         let forms = forms_of(term);
-        let law = || {
-            let mut alone: Vec<ForceElement> = of_it.clone().cloned().collect();
+        let law = |scene: &Scene| {
+            if forms.is_some() {
+                return None;
+            }
+            let of_it = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
+            let mut alone: Vec<ForceElement> = of_it.cloned().collect();
             if !term.part.is_empty() {
                 let others = term.schema().parts.iter().filter(|part| part.name != term.part);
                 for part in others {
                     alone.iter_mut().for_each(|element| element.remove_part(part));
                 }
             }
-            Arc::new(Laws::of(scene, &alone))
+            Some(Arc::new(Laws::of(scene, &alone)))
         };
         let evaluation = |formulas: Option<&Vec<Expression>>| Evaluation {
             formula: formulas.and_then(|all| all.first()).map(|first| Arc::new(first.clone())),
@@ -1594,7 +1605,8 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
                 parameters: element.parameters.clone(),
                 lost: Lost::default(),
             });
-            Others { quantities, elements: elements.collect(), scene: Arc::clone(read) }
+            let (elements, scene) = (elements.collect(), Arc::clone(read));
+            Others { quantities, elements, scene, law: law(read) }
         };
         TermModel {
             term,
@@ -1611,7 +1623,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
             gate: None,
             weight: None,
             only: None,
-            law: forms.is_none().then(law),
+            law: law(scene),
         }
     };
     terms.into_iter().map(model).collect()

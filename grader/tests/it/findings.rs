@@ -413,6 +413,22 @@ fn a_parameter_that_is_read_right_in_a_scene_leaves_nothing_wrong_there() {
 }
 
 #[test]
+fn a_force_that_is_missing_in_some_scenes_alone_is_not_left_out() {
+    let lacks = candidates::omission(Term { tag: "simplegravity", part: "" });
+    let has = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == "simplegravity");
+    let found = findings_of(|scene| {
+        let (_, others) = scene.particles.split_last().expect("a particle");
+        match others.iter().all(|particle| particle.fixed) {
+            true => states(scene, std::slice::from_ref(&lacks)),
+            _ if has(scene) => disturbed(states(scene, &[])),
+            _ => states(scene, &[]),
+        }
+    });
+    let is_said = |finding: &Finding| finding.kind == FindingKind::NotImplemented;
+    assert!(!found.is_empty() && !found.iter().any(is_said), "{found:#?}");
+}
+
+#[test]
 fn a_finding_on_fixed_particles_says_which_one_moves_and_how_far() {
     let suite = suite();
     for words in [

@@ -115,10 +115,7 @@ impl Failure {
     pub fn starts_at_one(&self) -> bool {
         matches!(
             self,
-            Self::Malformed {
-                fault: FormFault::Content(TraceFault::StepOrder { expected: 0, found }),
-                ..
-            } if found == "1"
+            Self::Malformed { fault: FormFault::Content(fault), .. } if fault.starts_at_one()
         )
     }
 

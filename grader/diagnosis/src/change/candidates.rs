@@ -769,9 +769,10 @@ fn of_stencil(stencil: Stencil) -> Vec<(Blocks, String)> {
         let words =
             "is added from row i and column i on for particle i, as if each had one coordinate";
         blocks.push((Blocks::AtIndex { own: false }, words.to_owned()));
-        let one = "is added from {row} i on for particle i, as if each had one coordinate";
         for (at, name) in [(Blocks::RowAtIndex, "row"), (Blocks::ColumnAtIndex, "column")] {
-            blocks.push((at, one.replace("{row}", name)));
+            let words =
+                format!("is added from {name} i on for particle i, as if each had one coordinate");
+            blocks.push((at, words));
         }
     } else {
         let between = if is_pair { "the two particles" } else { "different particles" };
@@ -1651,31 +1652,22 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
         (true, false, true),
         (true, false, false),
     ];
+    let held = [
+        (Unknowns::Axis(0), "hold fixed particles along x only"),
+        (Unknowns::Axis(1), "hold fixed particles along y only"),
+        (Unknowns::Index, "clear the unknowns i, i + 1 of fixed particle i"),
+        (Unknowns::Number, "hold the unknown i of fixed particle i, and no other"),
+        (Unknowns::ByAxis, "hold fixed particles as if all x came before all y"),
+    ];
     for (rows, columns, right) in cleared {
-        for (axis, letter) in XY.iter().enumerate() {
-            let unknowns = Unknowns::Axis(axis);
-            let hold = Hold { rows, columns, right, unknowns, of_right: unknowns, ..HELD };
-            let words = format!("implicit methods hold fixed particles along {letter} only");
-            add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
-        }
-        for (unknowns, words) in [
-            (Unknowns::Index, "clear the unknowns i, i + 1 of fixed particle i"),
-            (Unknowns::Number, "hold the unknown i of fixed particle i, and no other"),
-            (Unknowns::ByAxis, "hold fixed particles as if all x came before all y"),
-        ] {
+        for (unknowns, words) in held {
             let hold = Hold { rows, columns, right, unknowns, of_right: unknowns, ..HELD };
             let words = format!("implicit methods {words}");
             add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
         }
     }
     // Programs that clear the sum of forces as well.
-    for (unknowns, words) in [
-        (Unknowns::Axis(0), "hold fixed particles along x only"),
-        (Unknowns::Axis(1), "hold fixed particles along y only"),
-        (Unknowns::Index, "clear the unknowns i, i + 1 of fixed particle i"),
-        (Unknowns::Number, "hold the unknown i of fixed particle i, and no other"),
-        (Unknowns::ByAxis, "hold fixed particles as if all x came before all y"),
-    ] {
+    for (unknowns, words) in held {
         for right in [true, false] {
             let hold = Hold { right, unknowns, of_right: unknowns, unforced: true, ..HELD };
             let words = format!("implicit methods {words}, and clear the forces on them");

@@ -377,14 +377,11 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 if !(is_symbol(by) || divides && !is_first) || !factors[place].is_number() {
                     continue;
                 }
-                let mut product = vec![by.clone(), factors[place].clone()];
-                // What follows is taken with the last term.
-                let first = if is_first { Some(0) } else { None };
-                if !is_first {
-                    product.reverse();
-                }
-                let product = Expression::Product(product);
-                for number in first.into_iter().chain([terms.len() - 1]) {
+                let pair = &factors[of_by.min(place)..=of_by.max(place)];
+                let product = Expression::Product(pair.to_vec());
+                // What follows a sum is taken with its last term.
+                let last = terms.len() - 1;
+                for number in if is_first { vec![0, last] } else { vec![last] } {
                     let scaled = match &terms[number] {
                         Expression::Product(inner) => inner.iter().chain([by]).cloned().collect(),
                         term => vec![by.clone(), term.clone()],

@@ -192,7 +192,7 @@ impl Change {
 }
 
 impl SceneRule {
-    /// Whether a scene may be another one where it is read so: no number that is read otherwise has the value that it takes.
+    /// Whether a scene may be another one where it is read so: false if no parameter that it sets has another value.
     fn may_change(&self, scene: &Scene) -> bool {
         let any = |tag: &str, is_other: &dyn Fn(&ForceElement) -> bool| {
             scene.forces.iter().any(|element| element.schema.tag == tag && is_other(element))

@@ -436,8 +436,6 @@ pub(super) struct Marked<'a> {
     pub(super) has_other_root: bool,
     /// Whether Newton's method converges slowly or not at all with the changes made so far: it shows nothing.
     pub(super) open: bool,
-    /// Whether Newton's method would converge slowly or not at all with what is wrong in a linearized method's matrix.
-    pub(super) stalls: bool,
     /// Whether it is compared with nothing yet.
     pub(super) is_set_aside: bool,
 }
@@ -452,14 +450,8 @@ impl<'a> Deref for Marked<'a> {
 
 impl<'a> Marked<'a> {
     pub(super) fn new(shown: &'a SceneEvidence<'a>) -> Self {
-        Self {
-            shown,
-            explained: false,
-            has_other_root: shown.judged.has_other_root,
-            open: false,
-            stalls: false,
-            is_set_aside: false,
-        }
+        let has_other_root = shown.judged.has_other_root;
+        Self { shown, explained: false, has_other_root, open: false, is_set_aside: false }
     }
 
     /// Whether its steps are evidence of a mistake.

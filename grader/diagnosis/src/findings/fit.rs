@@ -1,7 +1,5 @@
 //! Changes with numbers in them, found from the steps: the residual of a step is affine in most of them.
 
-use std::borrow::Cow;
-
 use crate::change::candidates::{self, Numbered};
 use crate::change::{Change, Effect, Guess, Iterate, Model, Newton, Rule};
 use reference::method::{Method, OnePoint};
@@ -141,27 +139,21 @@ pub(super) fn ends(scene: &SceneEvidence<'_>, made: &[Change], all: Vec<Change>)
     let mut fitting = all;
     for evidence in &scene.evidence {
         let mut paths: Vec<((Guess, f64), Vec<Iterate>)> = Vec::new();
-        fitting.retain(|change| {
-            let Some(newton) = newton(change) else { return false };
+        let mut fits = |newton: &Newton| {
             let from = (newton.guess, newton.relaxation);
             let number = paths.iter().position(|(known, _)| *known == from).unwrap_or_else(|| {
                 let path = model.iterates(&evidence.sample, newton.guess, newton.relaxation);
                 paths.push((from, path));
                 paths.len() - 1
             });
-            let last = Iterate::last(&paths[number].1, &newton);
+            let last = Iterate::last(&paths[number].1, newton);
             last.is_some_and(|last| scene.ends_at(evidence, &last.velocities))
-        });
+        };
+        fitting.retain(|change| newton(change).is_some_and(|newton| fits(&newton)));
         if fitting.is_empty() {
             return fitting;
         }
-        is_right &= {
-            let path = paths.iter().find(|(from, _)| *from == (right.guess, right.relaxation));
-            let new = || model.iterates(&evidence.sample, right.guess, right.relaxation);
-            let path = path.map_or_else(|| Cow::Owned(new()), |(_, path)| Cow::Borrowed(path));
-            let last = Iterate::last(&path, &right);
-            last.is_some_and(|last| scene.ends_at(evidence, &last.velocities))
-        };
+        is_right &= fits(&right);
     }
     if is_right { Vec::new() } else { fitting }
 }

@@ -169,7 +169,7 @@ impl Findings {
         }
         take_rounded(&mut scenes, &mut list);
         let mut to_look_at = features(&scenes, &causes);
-        let shared = shared::common(&scenes, &to_look_at);
+        let shared = shared::common(&scenes, &causes, &to_look_at);
         // What a program does in place of a method that it lacks is no evidence of that method.
         let lacking: Vec<Feature> = causes
             .iter()

@@ -1,6 +1,6 @@
 //! What wrong scenes share for which nothing else is found, in groups.
 
-use crate::change::{Place, Term};
+use crate::change::{Change, Place, Term};
 use scene::Scene;
 use scene::schema::Matrix;
 use simulator::force;
@@ -11,6 +11,7 @@ use super::feature::{Family, Feature};
 use super::finding::{Finding, FindingKind};
 use super::form::Kind;
 use super::judged::Outcome;
+use super::search::{Cause, stalls};
 use super::{FEW, names, terms};
 
 /// Maximum number of groups of wrong scenes that share something.
@@ -104,7 +105,7 @@ fn properties(right: &[Right<'_>]) -> Vec<Property> {
 
 /// What the scenes share that nothing explains and in which no feature stands out, in groups. Traces that are not finite
 /// are groups of their own.
-pub(super) fn common(scenes: &[Marked<'_>], found: &[Finding]) -> Vec<Shared> {
+pub(super) fn common(scenes: &[Marked<'_>], causes: &[Cause], found: &[Finding]) -> Vec<Shared> {
     let is_named = |scene: &Marked<'_>| {
         found.iter().any(|f| f.scenes.iter().any(|name| name == scene.judged.name))
     };
@@ -112,8 +113,9 @@ pub(super) fn common(scenes: &[Marked<'_>], found: &[Finding]) -> Vec<Shared> {
         scene.kind == Some(Kind::Wrong) && !scene.explained && !scene.open && !is_named(scene)
     };
     let is_finite = |scene: &&Marked<'_>| !matches!(scene.judged.outcome, Outcome::NotFinite(_));
+    let made: Vec<Change> = causes.iter().map(|cause| cause.change().clone()).collect();
     let (stalling, open): (Vec<_>, Vec<_>) =
-        scenes.iter().filter(is_open).partition(|scene| scene.stalls);
+        scenes.iter().filter(is_open).partition(|scene| stalls(scene, &made));
     let (finite, other): (Vec<_>, Vec<_>) = open.into_iter().partition(is_finite);
     let is_right = |scene: &&Marked<'_>| scene.passed || scene.explained && scene.is_suspect();
     let right: Vec<Right<'_>> = scenes.iter().filter(is_right).map(Right::of).collect();

@@ -234,7 +234,7 @@ impl<R: Read + Send> TraceReader for CsvReader<R> {
         }
         if self.read_row(state).is_none() {
             let fault = self.row_fault();
-            if matches!(&fault, TraceFault::StepOrder { expected: 0, found } if found == "1") {
+            if fault.starts_at_one() {
                 (self.next_step, self.is_pending) = (1, true);
             }
             return Err(self.fault(fault));

@@ -197,3 +197,10 @@ pub enum TraceFault {
     #[error("the file ends after {found} of the record's {expected} bytes")]
     PartialRecord { expected: usize, found: usize },
 }
+
+impl TraceFault {
+    /// Whether the first row has step 1.
+    pub fn starts_at_one(&self) -> bool {
+        matches!(self, Self::StepOrder { expected: 0, found } if found == "1")
+    }
+}

@@ -26,7 +26,9 @@ use super::form::Kind;
 use super::judged::Outcome;
 use super::thresholds::Thresholds;
 use super::trace::is_large;
-use residuals::{pairs_of, survivors, with_matrices, with_positions, with_reading, with_rules};
+use residuals::{
+    of_linearized, pairs_of, survivors, with_matrices, with_positions, with_reading, with_rules,
+};
 use weigh::Weighed;
 
 /// Changes that are proven together.
@@ -484,14 +486,6 @@ impl<'a> Search<'a> {
                 scene.open = is_astray
                     || !acting.is_empty() && model.can_step() && agrees()
                     || steps_otherwise(scene, &made);
-                // A program has one matrix and one solver for all methods that need them.
-                let name = scene.scene.integrator.name;
-                let twins = made.iter().filter_map(|change| candidates::of_newton(name, change));
-                let twins: Vec<Change> = twins.filter(|twin| !made.contains(twin)).collect();
-                scene.stalls = scene.is_newton() && !twins.is_empty() && {
-                    let model = Model::new(&scene.scene, &[&made[..], &twins].concat());
-                    model.can_step() && scene.agrees_with(&model, usize::MAX) == Agreement::Open
-                };
             });
     }
 
@@ -629,6 +623,12 @@ fn shows_nothing(scene: &Marked<'_>, made: &[Change]) -> bool {
         let model = Model::new(&scene.scene, made);
         model.can_step() && scene.agrees_with(&model, usize::MAX) == Agreement::Open
     }
+}
+
+/// Whether Newton's method converges slowly or not at all in a scene with what is wrong in a linearized method's matrix.
+pub(super) fn stalls(scene: &Marked<'_>, made: &[Change]) -> bool {
+    let twins = of_linearized(scene, made);
+    !twins.is_empty() && shows_nothing(scene, &[made, &twins].concat())
 }
 
 /// Whether another method's steps are those of the scene: it is evidence of nothing else, though too little to say that the

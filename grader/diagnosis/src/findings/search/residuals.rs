@@ -189,15 +189,21 @@ pub(super) fn with_positions(
     all
 }
 
-/// An end of Newton's method beside a rule of its matrix that a linearized method has: one function makes the matrices of both.
-pub(super) fn with_matrices(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+/// Rules of the matrix that a linearized method has with these changes and Newton's method in this scene has not: one function
+/// makes the matrices of both.
+pub(super) fn of_linearized(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
     let name = scene.scene.integrator.name;
     let twins = made.iter().filter_map(|change| candidates::of_newton(name, change));
+    twins.filter(|twin| scene.is_newton() && !made.contains(twin)).collect()
+}
+
+/// An end of Newton's method beside a rule of its matrix that a linearized method has.
+pub(super) fn with_matrices(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
     let is_end = |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Newton(_)));
     let mut ends = candidates::of_process(&scene.scene);
     ends.retain(is_end);
     let mut all = Vec::new();
-    for twin in twins.filter(|twin| scene.is_newton() && !made.contains(twin)) {
+    for twin in of_linearized(scene, made) {
         let beside = [made, std::slice::from_ref(&twin)].concat();
         let found = fit::ends(scene, &beside, ends.clone()).into_iter();
         all.extend(found.map(|end| vec![twin.clone(), end]));

@@ -35,6 +35,10 @@
 //! Of a controlled step, the parts depend on the last bits of the estimate, and each may be wrong by the tolerance: the
 //! bound is the tolerance times the number of parts, times 4 for errors that grow in the step.
 //!
+//! A solver may be backward stable by norm alone, and not row by row: one that takes `A` for symmetric where it is so beside its
+//! largest entry, or a singular value decomposition. By [`Equation::solved_by_norm`], a linearized step may also leave
+//! `64 ε ‖A‖ ‖v' − v‖` in a row, of the largest row sum and the largest change, but for particles that no derivative acts on.
+//!
 //! A method with a fixed number of rounds solves no equation, so only `x' = x + h v'` is checked. Cost: two or three
 //! evaluations of the force per step.
 
@@ -46,6 +50,9 @@ use crate::laws::Laws;
 use crate::method::{Arithmetic, Method, Pair, Substep, Tableau};
 
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
+
+/// Backward error of a solver that is stable by norm: some `ε` times the number of unknowns.
+const BY_NORM: f64 = 64.0 * f64::EPSILON;
 
 /// Smaller numbers have the same rounding error as this one.
 const SMALLEST: f64 = f64::MIN_POSITIVE;
@@ -67,6 +74,8 @@ pub struct Equation {
     tolerance: f64,
     /// The largest estimated error of a part of a controlled step.
     estimate: f64,
+    /// Backward error by norm of the solver of a linearized step.
+    by_norm: f64,
     h: f64,
     masses: Vec<f64>,
     fixed: Vec<bool>,
@@ -164,11 +173,17 @@ impl Equation {
                 Convergence::ErrorEstimate(name) => scene.integrator_options.number(name),
                 _ => 0.0,
             },
+            by_norm: 0.0,
             h: scene.time_step,
             masses: scene.particles.iter().map(|particle| particle.mass).collect(),
             fixed: scene.particles.iter().map(|particle| particle.fixed).collect(),
             axes: scene.dimension.count(),
         }
+    }
+
+    /// Those of `scene`, with linear systems solved as accurately as is usual beside the largest entry of the whole matrix.
+    pub fn solved_by_norm(scene: &Scene) -> Self {
+        Self { by_norm: BY_NORM, ..Self::new(scene) }
     }
 
     /// For the step from `from`, which starts at `time`, to `to`: the largest residual as a multiple of its bound, and
@@ -401,6 +416,16 @@ impl Equation {
             let mut dofs = particle * self.axes..(particle + 1) * self.axes;
             dofs.all(|dof| to.v[dof] == 0.0 && to.x[dof] == from.x[dof])
         };
+        let stiffness = |particle: usize| {
+            let Scale { by_position, by_velocity, .. } = scales[particle];
+            h * h * by_position + h * by_velocity
+        };
+        let free = (0..self.masses.len()).filter(|particle| !self.fixed[*particle]);
+        let rows = free.map(|particle| self.masses[particle] + stiffness(particle));
+        let by_norm = match linearized {
+            Some(true) => self.by_norm * rows.fold(0.0, f64::max) * largest(&change),
+            _ => 0.0,
+        };
         let mut sum = 0.0;
         for (dof, change) in change.iter().enumerate() {
             let particle = dof / self.axes;
@@ -409,13 +434,14 @@ impl Equation {
                 continue;
             }
             let mass = self.masses[particle];
-            let Scale { force: terms, by_position, by_velocity, .. } = scales[particle];
-            let stiffness = h * h * by_position + h * by_velocity;
+            let Scale { force: terms, by_position, .. } = scales[particle];
+            let stiffness = stiffness(particle);
             let mut rounding = mass * (sizes.v[dof] + to.v[dof].abs()) + h * terms;
             rounding += (mass + stiffness + 1.0) * SMALLEST;
             rounding += h * by_position * size + stiffness * speed;
             let tolerance = if stays(particle) { 0.0 } else { self.tolerance };
-            let allowed = ROUNDING * rounding + 4.0 * (mass + stiffness) * tolerance;
+            let solver = if stiffness > 0.0 { by_norm } else { 0.0 };
+            let allowed = ROUNDING * rounding + 4.0 * (mass + stiffness) * tolerance + solver;
             sum += allowed;
             if linearized.is_some() {
                 worst.note(mass * change - h * force[dof], allowed);

@@ -649,6 +649,10 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
     }
     let depends_on = term.depends_on();
     if forms.is_some() && term.schema().masses != Masses::None {
+        if term.schema().stencil.is_field() {
+            let words = "has the mass of the next particle for each, and none for the last";
+            add(force, words, Effect::Masses(term, FORCE, MassAt::Next), 2);
+        }
         for (masses, words) in [
             (
                 MassAt::Particle,
@@ -1398,6 +1402,11 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
         }
         let words = "Newton's method evaluates forces with the velocities u + (u − v), not u";
         all.push(change(Rule::SeenAt(SeenAt::Ahead), 1, words.to_owned()));
+        for (moves, rest) in [(true, ", and positions move there"), (false, ", not x + h u")] {
+            let words =
+                format!("Newton's method evaluates forces at the positions x + h (v + u)/2{rest}");
+            all.push(change(Rule::Mean { moves }, 2, words));
+        }
         let words = "Newton's method makes no iteration after the first step";
         all.push(change(Rule::Once, 2, words.to_owned()));
         let ends = newton_ends().into_iter();
@@ -1422,7 +1431,12 @@ pub fn of_newton(name: &'static str, change: &Change) -> Option<Change> {
     let is_of_matrix =
         change.is_of_system() || matches!(rule, Rule::JacobiansAt(..) | Rule::Other(_));
     let words = change.words.strip_prefix(linearized)?.strip_prefix(": ")?;
-    (is_of_matrix && name != linearized).then(|| of_method(name, rule, words, change.rank))
+    // Masses stand on the right-hand side of Newton's method as well.
+    let (rule, words) = match rule {
+        Rule::MassAt(index) => (Rule::MatrixMassAt(index), format!("{words}, in the matrix alone")),
+        _ => (rule, words.to_owned()),
+    };
+    (is_of_matrix && name != linearized).then(|| of_method(name, rule, &words, change.rank))
 }
 
 /// Where Newton's method may start and end.
@@ -1634,6 +1648,17 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     ];
     for (hold, what) in holds {
         add(Some(true), rule(FixedRule::Hold(hold)), 1, &lacks(what));
+    }
+    for (right, unforced, what) in [
+        (true, false, "rows and columns"),
+        (false, true, "rows and columns, and clear the forces on them"),
+        (false, false, "rows, columns and right-hand sides"),
+    ] {
+        let hold = Hold { rows: false, columns: false, right, unforced, unit: true, ..HELD };
+        let words = format!(
+            "implicit methods set the diagonal entries of fixed particles to 1, and do not clear their {what}"
+        );
+        add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
     }
     for (late, what) in [
         ([true, false], "h² dF/dx"),

@@ -251,6 +251,7 @@ impl Change {
                 | Rule::StepsExchanged
                 | Rule::Inertia { .. }
                 | Rule::MassAt(_)
+                | Rule::MatrixMassAt(_)
                 | Rule::ColumnMasses
                 | Rule::Entries(_)
                 | Rule::Blocks(_)
@@ -731,6 +732,8 @@ pub enum MassAt {
     Coordinate,
     /// 0 along this axis, and its own along others.
     FirstAlong(usize),
+    /// That of the next particle; the last one has none.
+    Next,
 }
 
 /// How a list with a mass for each coordinate is filled wrongly.
@@ -791,6 +794,8 @@ pub enum Rule {
     },
     /// The mass of each coordinate is read at a wrong index.
     MassAt(MassAt),
+    /// The same in the matrix of Newton's method alone.
+    MatrixMassAt(MassAt),
     /// Jacobians are divided by the mass of their column, not of their row.
     ColumnMasses,
     /// The solver reads these entries of the Jacobians in the matrix.
@@ -841,6 +846,11 @@ pub enum Rule {
     },
     /// Forces and Jacobians are evaluated at such a state.
     SeenAt(SeenAt),
+    /// Newton's method takes the mean of the old and the new velocity for positions, where forces and Jacobians are evaluated.
+    Mean {
+        /// The step moves positions by it as well.
+        moves: bool,
+    },
     /// A Jacobian in the matrix is the other one.
     Other(Quantity),
     /// The forces along the second axis are those along the first.
@@ -952,6 +962,8 @@ pub enum SeenAt {
     Predicted(usize, usize),
     /// Of Newton's method: velocities are `u + (u − v)`.
     Ahead,
+    /// Of Newton's method: positions are `x + h (v + u)/2`.
+    Mean,
     /// Velocities are `v + h u` with those of the positions `x + h u`.
     Displaced {
         /// For Jacobians as well as forces.
@@ -1119,6 +1131,8 @@ pub struct Hold {
     pub of_right: Unknowns,
     /// Whether the mass is removed from the diagonal.
     pub massless: bool,
+    /// Whether the diagonal is 1, whatever is cleared.
+    pub unit: bool,
     /// Whether only blocks between two fixed particles are cleared.
     pub between: bool,
     /// Whether rows and columns are those of the fixed particles before the first free one.

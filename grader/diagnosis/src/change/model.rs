@@ -39,7 +39,7 @@ pub(super) fn forms_of(term: Term) -> Option<&'static Forms> {
 /// The largest number of iterations of a step.
 pub(super) const MAX_ITERATIONS: usize = 20;
 
-/// The largest number of iterations with a right-hand side for which the matrix is wrong.
+/// The largest number of iterations with a wrong matrix.
 const MANY_ITERATIONS: usize = 200;
 
 /// A step of a trace: the states before and after it.
@@ -169,6 +169,8 @@ pub(super) struct Rules {
     pub(super) matrix_step: Option<f64>,
     pub(super) inertia_matrix: i32,
     pub(super) inertia_right: (i32, f64),
+    /// Where the matrix of Newton's method reads its masses.
+    pub(super) matrix_mass_at: Option<MassAt>,
     /// Whether Jacobians are divided by the masses of their columns, not of their rows.
     pub(super) column_masses: bool,
     /// The step of differences in the place of Jacobians, and whether they are central.
@@ -291,6 +293,7 @@ pub(super) const HELD: Hold = Hold {
     unknowns: Unknowns::Own,
     of_right: Unknowns::Own,
     massless: false,
+    unit: false,
     between: false,
     leading: false,
     solution: false,
@@ -336,6 +339,7 @@ impl Model {
             matrix_step: None,
             inertia_matrix: 1,
             inertia_right: (1, 1.0),
+            matrix_mass_at: None,
             column_masses: false,
             differences: None,
             gate: None,
@@ -430,6 +434,16 @@ impl Model {
         model.stepped_as = model.method.and_then(name_of);
         for change in changes {
             model.make(change);
+        }
+        // With a wrong matrix, Newton's method converges slowly.
+        let is_its = |change: &&Change| {
+            let name = model.scene.integrator.name;
+            matches!(change.effect, Effect::Method(of, _) if of == name)
+        };
+        let has_end = |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Newton(_)));
+        let of_it: Vec<&Change> = changes.iter().filter(is_its).collect();
+        if of_it.iter().any(|one| one.is_of_system()) && !of_it.iter().any(|one| has_end(one)) {
+            model.rules.newton.iterations = model.rules.newton.iterations.max(MANY_ITERATIONS);
         }
         model.factorise();
         model
@@ -588,10 +602,6 @@ impl Model {
             Rule::Inertia { matrix, right, sign } => {
                 rules.inertia_matrix = matrix;
                 rules.inertia_right = (right, sign);
-                // With another right-hand side, Newton's method converges slowly.
-                if (right, sign) != (1, 1.0) {
-                    rules.newton.iterations = MANY_ITERATIONS;
-                }
             }
             Rule::Unbalanced { right, sign, iterations } => {
                 rules.inertia_right = (right, sign);
@@ -599,21 +609,9 @@ impl Model {
             }
             Rule::Solver(slip) => rules.slip = Some(slip),
             Rule::MassAt(index) => {
-                let mass = self.mass.clone();
-                for (dof, own) in self.mass.iter_mut().enumerate() {
-                    *own = match index {
-                        MassAt::Particle => mass[dof / self.dimension],
-                        MassAt::First => mass[0],
-                        MassAt::ByAxis => mass[dof % self.scene.particles.len() * self.dimension],
-                        MassAt::Coordinate => {
-                            let axis = dof % self.dimension;
-                            mass[(dof / self.dimension + axis).min(mass.len() - 1)]
-                        }
-                        MassAt::FirstAlong(axis) if dof % self.dimension == axis => mass[0],
-                        MassAt::FirstAlong(_) => mass[dof],
-                    };
-                }
+                self.mass = (0..self.mass.len()).map(|dof| self.mass_read(index, dof)).collect();
             }
+            Rule::MatrixMassAt(index) => rules.matrix_mass_at = Some(index),
             Rule::ColumnMasses => rules.column_masses = true,
             Rule::Differences { step, central } => rules.differences = Some((step, central)),
             Rule::Gate(gate) => rules.gate = Some(gate),
@@ -652,6 +650,12 @@ impl Model {
             }
             Rule::Once => rules.once = true,
             Rule::SeenAt(at) => rules.seen_at = Some(at),
+            Rule::Mean { moves } => {
+                rules.seen_at = Some(SeenAt::Mean);
+                rules.position = moves.then_some([0.5, 0.5, 1.0]);
+                // The matrix is that of another equation.
+                rules.newton.iterations = MANY_ITERATIONS;
+            }
             Rule::Other(quantity) => rules.other = Some(quantity),
             Rule::ForcesAlong(from, to) => rules.forces_along = Some([from, to]),
             Rule::PositionAlong(axis, of) => rules.position_along = Some((axis, of)),
@@ -694,6 +698,25 @@ impl Model {
                 self.h = self.scene.time_step / f64::from(count);
             }
         }
+    }
+
+    /// The mass of a coordinate that is read at such an index.
+    fn mass_read(&self, index: MassAt, dof: usize) -> f64 {
+        let (mass, axis) = (&self.mass, dof % self.dimension);
+        match index {
+            MassAt::Particle => mass[dof / self.dimension],
+            MassAt::First => mass[0],
+            MassAt::ByAxis => mass[dof % self.scene.particles.len() * self.dimension],
+            MassAt::Coordinate => mass[(dof / self.dimension + axis).min(mass.len() - 1)],
+            MassAt::FirstAlong(along) if axis == along => mass[0],
+            MassAt::FirstAlong(_) => mass[dof],
+            MassAt::Next => mass.get(dof + self.dimension).copied().unwrap_or_default(),
+        }
+    }
+
+    /// The mass of a coordinate on the diagonal of the matrix.
+    pub(super) fn matrix_mass(&self, dof: usize) -> f64 {
+        self.rules.matrix_mass_at.map_or(self.mass[dof], |index| self.mass_read(index, dof))
     }
 
     /// The value of a term's force, or its Jacobian times `delta`, on every coordinate.
@@ -1222,12 +1245,16 @@ impl Model {
             None => particle,
             Some(MassAt::Particle) => particle / self.dimension,
             Some(MassAt::First) => 0,
+            Some(MassAt::Next) => particle + 1,
             // A force reads one mass for all axes: it has no other place for it.
             Some(MassAt::ByAxis | MassAt::Coordinate | MassAt::FirstAlong(_)) => particle,
         };
         Inputs {
             parameters: element.parameters.clone(),
-            masses: [i, j].map(|particle| self.mass_at(mass_of(particle) * self.dimension)),
+            masses: [i, j].map(|particle| match mass_of(particle) {
+                read if read < self.scene.particles.len() => self.mass_at(read * self.dimension),
+                _ => 0.0,
+            }),
             h: self.scene.time_step,
             d,
             v: [read(v, i, Coordinates::Velocities(0)), read(v, j, Coordinates::Velocities(1))],

@@ -54,6 +54,10 @@ impl Rule {
             Self::Whole { .. } | Self::Lost => vec![Solution],
             Self::Once | Self::Restarted { .. } | Self::Accumulated { .. } => vec![End],
             Self::SeenAt(_) => vec![ForcePoint, PositionJacobianPoint, VelocityJacobianPoint],
+            Self::Mean { moves } => {
+                let points = [ForcePoint, PositionJacobianPoint, VelocityJacobianPoint, End];
+                points.into_iter().chain(moves.then_some(Drift)).collect()
+            }
             Self::PositionAlong(..) => vec![Drift],
             Self::Repeated(_) | Self::Substeps(_) => vec![Count],
             _ => Vec::new(),

@@ -385,6 +385,9 @@ impl Model {
         });
         let mut x = old.positions.clone();
         let (mut along, mut u) = (along.to_vec(), u.to_vec());
+        if self.rules.seen_at == Some(SeenAt::Mean) && self.method == Some(OnePoint::Implicit) {
+            along.iter_mut().zip(&old.velocities).for_each(|(u, old)| *u = 0.5 * (*u + old));
+        }
         if self.rules.whole_change[1] && self.method == Some(OnePoint::Implicit) {
             u.iter_mut().zip(&old.velocities).for_each(|(u, old)| *u += old);
         }
@@ -397,7 +400,7 @@ impl Model {
             Some(SeenAt::Twice) => x.iter_mut().for_each(|x| *x *= 2.0),
             Some(SeenAt::Velocity(from, to)) => copy(&mut u, [from, to]),
             Some(SeenAt::Predicted(from, to)) => copy(&mut along, [from, to]),
-            Some(SeenAt::Ahead | SeenAt::Displaced { .. }) | None => {}
+            Some(SeenAt::Ahead | SeenAt::Mean | SeenAt::Displaced { .. }) | None => {}
         }
         x.iter_mut().zip(&along).for_each(|(x, u)| *x += c * self.h * u);
         if self.fixed_rules.behind && self.is_implicit() {
@@ -485,7 +488,14 @@ impl Model {
         let mut reached = linearized && most == 1;
         let mut from = Cow::Borrowed(old);
         while made < most {
-            let delta = self.update(memory, time, earlier, &from, &u)?;
+            let Some(delta) = self.update(memory, time, earlier, &from, &u) else {
+                // An iteration that diverges ends where it may.
+                if made < CONVERGING {
+                    return None;
+                }
+                made += 1;
+                break;
+            };
             made += 1;
             reached |= self.size(newton.norm, &delta) < newton.tolerance;
             let accumulated = self.rules.accumulated.filter(|_| !linearized);
@@ -637,7 +647,8 @@ impl Model {
         let mut matrix = DMatrix::from_fn(size, size, |row, column| {
             let inertia = match row == column {
                 true => {
-                    n_masses * self.mass[row].powi(self.rules.inertia_matrix) + self.rules.diagonal
+                    let mass = self.matrix_mass(row);
+                    n_masses * mass.powi(self.rules.inertia_matrix) + self.rules.diagonal
                 }
                 false => 0.0,
             };
@@ -734,7 +745,7 @@ impl Model {
     /// Clears the rows, columns and right-hand sides of fixed particles.
     fn hold(&self, matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) {
         let hold = self.fixed_rules.hold;
-        let Hold { rows, columns, right: is_right, massless, .. } = hold;
+        let Hold { rows, columns, right: is_right, massless, unit, .. } = hold;
         let of = |particle: usize, unknowns: Unknowns| self.unknowns(particle, unknowns);
         for (particle, _) in self.scene.particles.iter().enumerate().filter(|(_, p)| p.fixed) {
             if is_right {
@@ -758,7 +769,7 @@ impl Model {
                 if columns {
                     matrix.column_mut(dof).fill(0.0);
                 }
-                if rows || columns {
+                if rows || columns || unit {
                     matrix[(dof, dof)] = 1.0;
                 }
                 if massless {

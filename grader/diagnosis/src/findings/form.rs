@@ -85,6 +85,8 @@ pub(super) enum Kind {
     /// The first state is wrong, read or written so.
     InitialOpen,
     InitialRounded,
+    /// All numbers are read in single precision, the time step as well.
+    ReadInSingle,
     Digits(usize),
     Decimals(usize),
     Single,
@@ -131,6 +133,7 @@ impl fmt::Display for Kind {
             Self::InitialRead(how) => how.as_str(),
             Self::InitialWritten => "the first state is wrong, the next one is right",
             Self::InitialRounded => "the numbers of particles are rounded",
+            Self::ReadInSingle => "numbers are rounded to single precision",
             Self::Digits(digits) => {
                 return write!(f, "numbers are rounded to {digits} digits");
             }
@@ -163,6 +166,7 @@ impl Kind {
             | Self::InitialRead(_)
             | Self::InitialOpen
             | Self::InitialRounded
+            | Self::ReadInSingle
             | Self::OrderRead
             | Self::OrderOpen
             | Self::Times

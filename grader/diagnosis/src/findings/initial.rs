@@ -3,6 +3,7 @@
 //! ```text
 //! first state     px py vx vy of each particle, as the program read them
 //! reading         one of them is another, its size, its negative, an integer or 0: in every scene, and no other one says as much
+//! precision       all of them are single, and so is the time step by which the times count: in every scene
 //! ```
 
 use scene::Scene;
@@ -11,6 +12,8 @@ use scene::trace::State;
 use super::FEW;
 use super::evidence::SceneEvidence;
 use super::form::{Kind, same};
+use super::judged::Outcome;
+use super::restore::is_start;
 
 /// The attributes of a particle: position, then velocity.
 const NAMES: [&str; 4] = ["px", "py", "vx", "vy"];
@@ -76,8 +79,55 @@ impl Reading {
     }
 }
 
-/// Says what is read where that is so in all scenes of a plane, if some start otherwise than they should and go on from there.
+/// Gives scenes the kind of failure that the first states of all show together.
 pub(super) fn settle(scenes: &mut [SceneEvidence<'_>]) {
+    settle_readings(scenes);
+    settle_precision(scenes);
+}
+
+/// Scenes that start or count their times otherwise than they should, if all do so in single precision.
+fn settle_precision(scenes: &mut [SceneEvidence<'_>]) {
+    let single = |value: &f64| f64::from(*value as f32);
+    let singles = |values: Vec<f64>| values.iter().map(single).collect::<Vec<f64>>();
+    let counts = |scene: &SceneEvidence<'_>| matches!(scene.kind, Some(Kind::TimeStep(_)));
+    let shows = |scene: &SceneEvidence<'_>| {
+        counts(scene) || scene.kind.as_ref().is_none_or(Kind::shows_start)
+    };
+    let is_so = |scene: &SceneEvidence<'_>| {
+        let inner = scene.judged.scene;
+        let step = match scene.judged.outcome {
+            Outcome::OtherTimes(step) => step,
+            Outcome::Passed => inner.time_step,
+            _ => single(&inner.time_step),
+        };
+        let first = scene.judged.states.first().filter(|_| shows(scene));
+        same(&[step], &[single(&inner.time_step)])
+            && first.is_none_or(|first| {
+                same(&first.positions, &singles(inner.positions()))
+                    && same(&first.velocities, &singles(inner.velocities()))
+            })
+    };
+    let is_rounded = |scene: &&SceneEvidence<'_>| shows(scene) && !begins_right(scene);
+    let is_shown = scenes.iter().filter(|scene| counts(scene)).count() >= FEW
+        && scenes.iter().filter(is_rounded).count() >= FEW;
+    if !is_shown || !scenes.iter().all(is_so) {
+        return;
+    }
+    for scene in scenes.iter_mut().filter(|scene| scene.kind.is_some()) {
+        if counts(scene) || is_rounded(&&*scene) {
+            scene.kind = Some(Kind::ReadInSingle);
+        }
+    }
+}
+
+/// Whether a trace begins with the scene's own state; true where it has none.
+fn begins_right(scene: &SceneEvidence<'_>) -> bool {
+    let first = scene.judged.states.first();
+    first.is_none_or(|first| is_start(scene.judged.scene, first))
+}
+
+/// Says what is read where that is so in all scenes of a plane, if some start otherwise than they should and go on from there.
+fn settle_readings(scenes: &mut [SceneEvidence<'_>]) {
     let is_read = |scene: &SceneEvidence<'_>| scene.kind == Some(Kind::InitialState);
     let starts = scenes.iter().filter(|scene| scene.scene.dimension.count() == 2);
     let starts = starts.filter(|scene| scene.kind.as_ref().is_none_or(Kind::shows_start));
@@ -90,13 +140,6 @@ pub(super) fn settle(scenes: &mut [SceneEvidence<'_>]) {
     let mut all =
         Reading::all().filter(|one| starts.iter().all(|(scene, first)| one.is_of(scene, first)));
     let (Some(reading), None) = (all.next(), all.next()) else { return };
-    let begins_right = |scene: &SceneEvidence<'_>| {
-        let first = scene.judged.states.first();
-        first.is_none_or(|first| {
-            let (x, v) = (scene.judged.scene.positions(), scene.judged.scene.velocities());
-            same(&first.positions, &x) && same(&first.velocities, &v)
-        })
-    };
     for scene in scenes.iter_mut() {
         let shows = scene.kind.as_ref().is_some_and(Kind::shows_start);
         if shows && scene.scene.dimension.count() == 2 && !begins_right(scene) {

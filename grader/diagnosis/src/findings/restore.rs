@@ -176,6 +176,7 @@ impl Undo {
                 let single = [false, true].map(|everywhere| Self::Single { everywhere });
                 [Self::Start].into_iter().chain(single).collect()
             }
+            Kind::ReadInSingle => vec![Self::Single { everywhere: true }],
             _ => Vec::new(),
         }
     }

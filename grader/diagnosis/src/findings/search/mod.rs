@@ -300,7 +300,8 @@ impl<'a> Search<'a> {
                 continue;
             }
             let scene = self.scenes[number];
-            let acting = made.iter().filter(|change| change.acts_in(&scene.scene)).count();
+            let twins = if pairs { of_linearized(&scene, made).len() } else { 0 };
+            let acting = twins + made.iter().filter(|change| change.acts_in(&scene.scene)).count();
             let size = scene.scene.particles.len() * scene.scene.dimension.count();
             let cost = cost(scene.scene.integrator, size, pairs);
             let is_over = self.spent + cost > self.limits.ceiling;

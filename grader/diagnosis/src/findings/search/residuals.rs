@@ -197,7 +197,7 @@ pub(super) fn of_linearized(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<C
     twins.filter(|twin| scene.is_newton() && !made.contains(twin)).collect()
 }
 
-/// An end of Newton's method beside a rule of its matrix that a linearized method has.
+/// A rule of the matrix of Newton's method that a linearized method has, alone or with an end.
 pub(super) fn with_matrices(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
     let is_end = |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Newton(_)));
     let mut ends = candidates::of_process(&scene.scene);
@@ -205,6 +205,11 @@ pub(super) fn with_matrices(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<V
     let mut all = Vec::new();
     for twin in of_linearized(scene, made) {
         let beside = [made, std::slice::from_ref(&twin)].concat();
+        let model = Model::new(&scene.scene, &beside);
+        if scene.agrees_with(&model, usize::MAX) == Agreement::Agrees {
+            all.push(vec![twin]);
+            continue;
+        }
         let found = fit::ends(scene, &beside, ends.clone()).into_iter();
         all.extend(found.map(|end| vec![twin.clone(), end]));
     }

@@ -30,12 +30,17 @@ pub struct Found {
     pub diagnoses: Vec<Option<Diagnosis>>,
 }
 
-/// Looks for causes in scenes together. A panic of the search loses what it found, and no failure.
+/// Looks for causes in scenes together, within the processor time that grading has. A panic of the search loses what it found,
+/// and no failure.
 pub fn find(scenes: &[Evidence<'_>]) -> Found {
+    find_within(scenes, &Thresholds::default())
+}
+
+fn find_within(scenes: &[Evidence<'_>], limits: &Thresholds) -> Found {
     let names: Vec<String> = (0..scenes.len()).map(|number| number.to_string()).collect();
     let judged: Vec<JudgedScene<'_>> =
         scenes.iter().zip(&names).map(|(scene, name)| judged(*scene, name)).collect();
-    let find = || Findings::of(&judged, &Thresholds::default());
+    let find = || Findings::of(&judged, limits);
     let Ok((findings, found)) = catch_unwind(AssertUnwindSafe(find)) else {
         return Found::default();
     };
@@ -87,4 +92,43 @@ pub fn shows(scene: &Scene, wrong: &Wrong, words: &[String]) -> bool {
     let found = find(&[Evidence::Wrong(scene, wrong)]);
     let mut proven = found.findings.list.iter().filter(|finding| is_proven(finding));
     proven.any(|finding| finding.words.iter().any(|word| words.contains(word)))
+}
+
+#[cfg(test)]
+mod tests {
+    use grader::submission::StateSource;
+
+    use super::*;
+    use crate::draw::read;
+    use crate::judge::{Judge, Judgement};
+    use crate::motion::{Held, simulate};
+
+    #[test]
+    fn a_search_ends_at_its_ceiling() {
+        let scene = |stiffness: f64| {
+            let text = format!(
+                r#"<scene>
+                <duration time="1"/>
+                <integrator type="symplectic-euler" dt="0.1"/>
+                <particle m="2" px="0" py="0" vx="1" vy="0" fixed="0"/>
+                <particle m="3" px="2" py="1" vx="0" vy="1" fixed="0"/>
+                <edge i="0" j="1"/>
+                <springforce edge="0" k="{stiffness}" l0="1.5"/>
+                </scene>"#
+            );
+            read(&text).unwrap()
+        };
+        let (scene, mistaken) = (scene(5.0), simulate(&scene(10.0)).unwrap());
+        let start = || Ok(Box::new(Held::of(mistaken)) as Box<dyn StateSource>);
+        let judged = Judge::default().judge_states(&scene, &simulate(&scene).unwrap(), start);
+        let Judgement::Wrong(wrong) = judged else { panic!("{judged:?}") };
+        let limits = Thresholds::default();
+        let proven = |ceiling: u64| {
+            let limits = Thresholds { ceiling, ..limits };
+            let found = find_within(&[Evidence::Wrong(&scene, &wrong)], &limits);
+            found.findings.list.iter().any(is_proven)
+        };
+        assert!(proven(limits.ceiling));
+        assert!(!proven(0));
+    }
 }

@@ -109,6 +109,7 @@ static void forces(const double *q) {
       double k = link[e].a, l0 = link[e].b, b = link[e].c, dw = dx * wx + dy * wy;
       /* in one place, only a spring with l0 = b = 0 has a force */
       if (r == 0) r = r2 = 1;
+      if (is("length along x with a sign") && dy == 0) r = dx;
       /* f = -k (1 - l0/r) d - b (d.w) d / r2 */
       double c = k * (1 - l0 / r) + b * dw / r2;
       double g = is("l0/r² in dF/dx") ? k * l0 / r2 : k * l0 / (r2 * r);

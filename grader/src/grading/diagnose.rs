@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use diagnosis::findings::{self, Findings, JudgedScene, Outcome, Thresholds};
 use sandbox::NotKept;
+use scene::trace::TraceFault;
 
 use super::judge::Judged;
 use super::refusal::{message, says_why, uncaught};
@@ -92,6 +93,14 @@ fn outcome_of_failure(failure: &Failure) -> Outcome {
             Outcome::OtherTimes(*found / *state as f64)
         }
         Failure::Malformed { .. } if failure.starts_at_one() => Outcome::StartsAtOne,
+        Failure::Malformed {
+            fault:
+                FormFault::Content(
+                    TraceFault::RowLength { expected, found }
+                    | TraceFault::HeaderLength { expected, found, .. },
+                ),
+            ..
+        } => Outcome::Fields { expected: *expected, found: *found },
         Failure::Malformed { fault, .. } => Outcome::Malformed(fault.to_string()),
         Failure::NotFinite { place, .. } => Outcome::NotFinite(place.step),
         Failure::TooShort { states, expected } => {

@@ -11,8 +11,8 @@ use grader::submission::StateSource;
 use grader::suite::assignment::Assignment;
 use grader::suite::{Case, NoTrace};
 use grader::verdict::{Failure, FormFault, Verdict};
-use scene::Scene;
 use scene::trace::{Shape, State, TraceFault, TraceReader, csv};
+use scene::{Particle, Scene};
 use std::io::Cursor;
 use std::path::Path;
 use test_support::{root, sample, suite};
@@ -875,12 +875,23 @@ fn a_mistake_beside_momenta_in_the_place_of_velocities_is_named() {
 
 /// A trace in CSV.
 fn csv_of(scene: &Scene, first: u64, states: &[State]) -> Box<dyn StateSource> {
+    csv_with(scene, first, states, |_| true)
+}
+
+/// A trace in CSV whose rows have these particles alone.
+fn csv_with(
+    scene: &Scene,
+    first: u64,
+    states: &[State],
+    is_written: impl Fn(&Particle) -> bool,
+) -> Box<dyn StateSource> {
     let shape = Shape::of(scene);
     let mut text = csv::header(shape).collect::<Vec<String>>().join(",");
     let axes = scene.dimension.count();
     for (step, State { positions, velocities, .. }) in (first..).zip(states) {
         text += &format!("\n{step},{}", step as f64 * scene.time_step);
-        for (x, v) in positions.chunks(axes).zip(velocities.chunks(axes)) {
+        let each = positions.chunks(axes).zip(velocities.chunks(axes)).zip(&scene.particles);
+        for ((x, v), _) in each.filter(|(_, particle)| is_written(particle)) {
             x.iter().chain(v).for_each(|number| text += &format!(",{number}"));
         }
     }
@@ -902,6 +913,17 @@ fn a_mistake_beside_steps_from_one_on_is_named() {
         );
         assert_said(&found, &[&change.words, words]);
     }
+}
+
+#[test]
+fn rows_without_fixed_particles_are_told_from_other_wrong_rows() {
+    let of = |is_written: fn(&Particle) -> bool| {
+        findings_on(|_| true, |scene| csv_with(scene, 0, &states(scene, &[]), is_written))
+    };
+    let sentence = |found: Vec<Finding>| found[0].sentence();
+    let fixed = "the output: rows have free particles alone, fixed ones are left out";
+    assert_eq!(sentence(of(|particle| !particle.fixed)), fixed);
+    assert_eq!(sentence(of(|particle| particle.velocity != [0.0; 3])), "the output: malformed");
 }
 
 #[test]

@@ -41,6 +41,8 @@ pub(super) enum Kind {
     NoTrace,
     TooMuch,
     Malformed,
+    /// Rows have the numbers of free particles alone.
+    FixedLeftOut,
     NotFiniteAtLast,
     StateTooMany,
     StateTooFew,
@@ -106,6 +108,7 @@ impl fmt::Display for Kind {
             Self::NoTrace => "no trace where it is expected",
             Self::TooMuch => "output limit exceeded",
             Self::Malformed => "malformed",
+            Self::FixedLeftOut => "rows have free particles alone, fixed ones are left out",
             Self::NotFiniteAtLast => "right, except for non-finite numbers at the end",
             Self::StateTooMany => "too many",
             Self::StateTooFew => "one too few",
@@ -177,6 +180,7 @@ impl Kind {
             Self::NoTrace
             | Self::TooMuch
             | Self::Malformed
+            | Self::FixedLeftOut
             | Self::NotFiniteAtLast
             | Self::LastState(_)
             | Self::OneState
@@ -271,7 +275,9 @@ impl Kind {
             Outcome::OutOfMemory => Self::Memory,
             Outcome::NoTrace => Self::NoTrace,
             Outcome::TooMuchOutput => Self::TooMuch,
-            Outcome::Malformed(_) => in_numbers().unwrap_or(Self::Malformed),
+            Outcome::Malformed(_) | Outcome::Fields { .. } => {
+                in_numbers().unwrap_or(Self::Malformed)
+            }
             Outcome::StartsAtOne => Self::StartsAtOne,
             Outcome::OtherTimes(step) => {
                 Self::TimeStep(format!("{:.9e}", step).parse::<f64>().unwrap_or(*step).to_string())

@@ -76,6 +76,13 @@ pub enum Outcome {
     TooMuchOutput,
     /// The trace is not in its format: what is wrong, in words.
     Malformed(String),
+    /// A row or the header of the trace has another number of fields.
+    Fields {
+        /// The number that it should have.
+        expected: usize,
+        /// The number that it has.
+        found: usize,
+    },
     /// The step of the first row of the trace is 1, not 0.
     StartsAtOne,
     /// The times of the trace count by this time step, which is not the scene's.

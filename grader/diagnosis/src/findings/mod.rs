@@ -283,6 +283,10 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
         Outcome::Malformed(what) if scene.kind == Some(Kind::Malformed) => {
             Some(format!("in {}, {what}", scene.judged.name))
         }
+        Outcome::Fields { expected, found } if scene.kind == Some(Kind::Malformed) => {
+            let name = scene.judged.name;
+            Some(format!("in {name}, the number of fields is {found}, not {expected}"))
+        }
         _ => None,
     };
     let stopped = |scene: &&Marked<'_>| match &scene.judged.outcome {
@@ -517,14 +521,17 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
     let all: usize = kinds.iter().map(count).sum();
     if let Some(most) = kinds.first().filter(|first| 4 * count(first) >= 3 * all) {
         let most = most.0.clone();
-        let is_of_times = |kind: &Kind| matches!(kind, Kind::TimeStep(_) | Kind::TimeSteps(_));
-        kinds.retain(|(kind, _)| *kind == most || is_of_times(kind));
+        let is_clear = |kind: &Kind| {
+            matches!(kind, Kind::TimeStep(_) | Kind::TimeSteps(_) | Kind::FixedLeftOut)
+        };
+        kinds.retain(|(kind, _)| *kind == most || is_clear(kind));
     }
     let mut list: Vec<Finding> = Vec::new();
     for (kind, numbers) in kinds {
         let features = kind.features();
         let found = names(numbers.iter().map(|number| &scenes[*number]));
-        match list.iter_mut().find(|known| known.features == features) {
+        let known = list.iter_mut().find(|known| known.features == features);
+        match known.filter(|_| kind != Kind::FixedLeftOut) {
             Some(known) => {
                 known.add_scenes(found);
                 if features == [Feature::States] {

@@ -3,6 +3,7 @@
 //! ```text
 //! integer     there are as many as for a duration without its fraction, in every scene
 //! from one    the first row, of step 1, is the initial state, or the one after it
+//! fields      as many as free particles have, in every scene with fixed ones
 //! the same    all rows of a trace are one state, or have its positions: that of the end in some scenes, so that it is in all
 //! ```
 
@@ -23,6 +24,7 @@ use crate::steps;
 /// Gives scenes the kind of failure that all of them show together.
 pub(super) fn settle(scenes: &mut [SceneEvidence<'_>]) {
     settle_durations(scenes);
+    settle_fields(scenes);
     settle_same(scenes);
     settle_first_rows(scenes);
 }
@@ -47,6 +49,29 @@ fn settle_durations(scenes: &mut [SceneEvidence<'_>]) {
         if matches!(scene.kind, Some(Kind::Duration | Kind::StateTooFew)) {
             scene.kind = Some(Kind::IntegerDuration);
         }
+    }
+}
+
+/// Scenes whose rows have the numbers of free particles alone, if so have all with fixed ones.
+fn settle_fields(scenes: &mut [SceneEvidence<'_>]) {
+    let count = |scene: &Scene, n_particles: usize| 2 + 2 * scene.dimension.count() * n_particles;
+    let is_so = |scene: &SceneEvidence<'_>| {
+        let inner = scene.judged.scene;
+        let free = inner.particles.iter().filter(|particle| !particle.fixed).count();
+        match scene.judged.outcome {
+            Outcome::Fields { expected, found } => {
+                [expected, found] == [inner.particles.len(), free].map(|n| count(inner, n))
+            }
+            _ => scene.judged.states.is_empty() || free == inner.particles.len(),
+        }
+    };
+    let is_other =
+        |scene: &&SceneEvidence<'_>| matches!(scene.judged.outcome, Outcome::Fields { .. });
+    if scenes.iter().filter(is_other).count() < FEW || !scenes.iter().all(is_so) {
+        return;
+    }
+    for scene in scenes.iter_mut().filter(|scene| is_other(&&**scene)) {
+        scene.kind = Some(Kind::FixedLeftOut);
     }
 }
 

@@ -30,26 +30,29 @@ pub(crate) fn not_correct(probing: &Probing) -> String {
 pub(crate) fn unexplained(grading: &Grading) -> Vec<Unexplained<'_>> {
     let is_explained =
         |scene: &SceneResult| grading.findings.list.iter().any(|f| f.scenes.contains(&scene.id));
-    let mut groups: Vec<(&Verdict, Vec<&SceneResult>)> = Vec::new();
+    let mut groups: Vec<(&Verdict, bool, Vec<&SceneResult>)> = Vec::new();
     for scene in scenes(grading).filter(|scene| !is_explained(scene)) {
         let verdict = &scene.comparison.verdict;
-        match groups.iter_mut().find(|(known, _)| known.name() == verdict.name()) {
+        let is_open = grading.findings.open.contains(&scene.id);
+        let is_its = |(known, open, _): &&mut (&Verdict, bool, Vec<&SceneResult>)| {
+            known.name() == verdict.name() && *open == is_open
+        };
+        match groups.iter_mut().find(is_its) {
             _ if verdict.is_pass() => {}
-            Some((_, scenes)) if wrong_function(verdict).is_none() => scenes.push(scene),
-            _ => groups.push((verdict, vec![scene])),
+            Some((.., scenes)) if wrong_function(verdict).is_none() => scenes.push(scene),
+            _ => groups.push((verdict, is_open, vec![scene])),
         }
     }
-    groups.sort_by_key(|(_, scenes)| std::cmp::Reverse(scenes.len()));
-    let open: usize = grading.findings.list.iter().map(|finding| finding.open).sum();
+    groups.sort_by_key(|(.., scenes)| std::cmp::Reverse(scenes.len()));
     let mut found = Vec::new();
-    for (verdict, scenes) in groups {
+    for (verdict, is_open, scenes) in groups {
         let name = verdict.name().replace('-', " ");
         let count = counted(scenes.len(), "scene");
         let is_of_numbers =
             matches!(verdict, Verdict::Fail(failure) if Failure::has_numbers(failure));
         let why = match () {
+            () if is_open => " that the mistakes above may explain, or not",
             () if !is_of_numbers => "",
-            () if scenes.len() <= open => " that the mistakes above may explain, or not",
             () => " without a known cause",
         };
         if let Some(line) = wrong_function(verdict) {

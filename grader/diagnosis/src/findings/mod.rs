@@ -70,6 +70,8 @@ pub struct Findings {
     pub list: Vec<Finding>,
     /// What is implemented and what to do next; `None` if the submission lacks nothing, or has nothing.
     pub progress: Option<Progress>,
+    /// Wrong scenes that the mistakes found may explain, or not: with them, Newton's method ends where it may.
+    pub open: Vec<String>,
     /// The tasks of the hand-out on rounds of local and global steps; empty unless all scenes are of that method.
     pub tasks: Vec<TaskFinding>,
 }
@@ -164,7 +166,10 @@ impl Findings {
         let is_known = |cause: &Cause| {
             matches!(cause.change().place, Place::Jacobian(_)) || cause.change().is_of_system()
         };
-        if !has_wrong_jacobian && !causes.iter().any(is_known) {
+        let mut open = names(scenes.iter().filter(|scene| scene.open && !scene.explained));
+        if causes.iter().any(is_known) {
+            open.extend(other_roots.into_iter().flat_map(|finding| finding.scenes));
+        } else if !has_wrong_jacobian {
             list.extend(other_roots);
         }
         take_rounded(&mut scenes, &mut list);
@@ -270,7 +275,7 @@ impl Findings {
         // Stable: causes keep the order in which they were found.
         list.sort_by_key(|finding| (finding.kind, finding.in_order_of_work()));
         let progress = progress(judged, &found, &list);
-        (Self { list, progress, tasks }, found)
+        (Self { list, progress, open, tasks }, found)
     }
 }
 

@@ -801,6 +801,49 @@ fn a_wrong_force_beside_sums_that_are_not_cleared_is_named() {
     assert_said(&found, &words);
 }
 
+/// Each of these alone makes no scene of the other one's, or looks like something else there.
+const PAIRS: &[[&str; 2]] = &[
+    [
+        "dF/dx of gravitationalforce lacks the factors m_i and m_j",
+        "linearized-implicit-euler: each step uses the Jacobians of the first one",
+    ],
+    [
+        "dF/dx of springforce's damping has the wrong sign",
+        "linearized-implicit-euler: each step adds to the forces of the steps before, not set to zero in between",
+    ],
+    [
+        "dF/dx of springforce's elastic force has ((l − l0)/l) (I − n nᵀ) with the wrong sign",
+        "linearized-implicit-euler: dF/dx is in the place of dF/dv in the matrix",
+    ],
+    [
+        "dF/dx of springforce's elastic force has ((l − l0)/l) (I − n nᵀ) with the wrong sign",
+        "linearized-implicit-euler: Jacobians are evaluated at x, not x + h v",
+    ],
+];
+
+#[test]
+fn two_mistakes_of_which_one_hides_the_other_are_named() {
+    for words in PAIRS {
+        let found = findings(&words.map(candidate), |states| states);
+        assert_said(&found, words);
+    }
+}
+
+#[test]
+fn a_force_that_acts_in_some_steps_beside_another_wrong_one_is_named() {
+    let damping = Term { tag: "springforce", part: "damping" };
+    let place = damping.schema().parameter_idx("l0");
+    let gate = Gate { measure: Measure::Stretch(place, "l0"), above: false, at: 0.0, factor: 0.0 };
+    let changes = [
+        candidates::gated(damping, &[Quantity::Force], gate),
+        candidate("springforce's elastic force has k (l − l0) n divided by l0"),
+    ];
+    let found = findings(&changes, |states| states);
+    let mut words: Vec<&str> = changes.iter().map(|change| &*change.words).collect();
+    words.sort_unstable();
+    assert_said(&found, &words);
+}
+
 #[test]
 fn an_end_of_newtons_method_beside_a_wrong_matrix_of_both_methods_is_named() {
     let matrix = candidate("linearized-implicit-euler: dF/dx is evaluated at x, not x + h v");

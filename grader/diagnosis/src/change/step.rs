@@ -885,12 +885,15 @@ impl Model {
         let (number, model) = self.changed(change)?;
         let mut sum = vec![0.0; self.mass.len()];
         let linearized = self.method == Some(OnePoint::Linearized);
-        for quantity in change.effect.quantities() {
-            if *quantity != Quantity::Force && !linearized {
+        let changed = change.effect.quantities();
+        for quantity in
+            Quantity::ALL.into_iter().filter(|one| changed.contains(&self.taken_for(*one)))
+        {
+            if quantity != Quantity::Force && !linearized {
                 continue;
             }
-            let old = unchanged.of(number, *quantity);
-            let new = self.contribution_of(&model, *quantity, sample);
+            let old = unchanged.of(number, quantity);
+            let new = self.contribution_of(&model, quantity, sample);
             for ((sum, new), old) in sum.iter_mut().zip(new).zip(old) {
                 *sum += new - old;
             }
@@ -960,16 +963,21 @@ impl Model {
         solution
     }
 
+    /// The value that is in the place of this one.
+    fn taken_for(&self, quantity: Quantity) -> Quantity {
+        match (self.rules.other, quantity) {
+            (Some(Quantity::ByPosition), Quantity::ByPosition) => Quantity::ByVelocity,
+            (Some(Quantity::ByVelocity), Quantity::ByVelocity) => Quantity::ByPosition,
+            _ => quantity,
+        }
+    }
+
     fn contribution_of(&self, model: &TermModel, quantity: Quantity, sample: &Sample) -> Vec<f64> {
         let linearized = self.method == Some(OnePoint::Linearized);
         if quantity != Quantity::Force && !linearized {
             return vec![0.0; self.mass.len()];
         }
-        let read = match (self.rules.other, quantity) {
-            (Some(Quantity::ByPosition), Quantity::ByPosition) => Quantity::ByVelocity,
-            (Some(Quantity::ByVelocity), Quantity::ByVelocity) => Quantity::ByPosition,
-            _ => quantity,
-        };
+        let read = self.taken_for(quantity);
         let Some(mut at) = self.evaluated_at(read, sample) else {
             return vec![0.0; self.mass.len()];
         };
@@ -1042,7 +1050,9 @@ impl Model {
             && !(rules.lost || rules.once || rules.restarted || rules.accumulated.is_some())
             && rules.forces_along.is_none()
             && !self.fixed_rules.hold.solution;
-        let shows = self.substeps == 1 && !self.remembers() && is_one_solve;
+        // Before the first step, nothing is kept.
+        let is_alone = sample.step == 0 || !self.remembers();
+        let shows = self.substeps == 1 && is_alone && is_one_solve;
         let method = self.method.filter(|_| shows)?;
         let delta = self.solution(sample);
         let of_old = 1.0 - self.rules.old;
@@ -1089,7 +1099,8 @@ impl Model {
     }
 
     fn stiffness(&self, sample: &Sample) -> f64 {
-        let mass = self.mass.iter().copied().fold(0.0, f64::max);
+        let moved = (0..self.mass.len()).filter(|dof| !self.keeps_velocity(*dof));
+        let mass = moved.map(|dof| self.mass[dof]).fold(0.0, f64::max);
         if !self.is_implicit() {
             return mass;
         }

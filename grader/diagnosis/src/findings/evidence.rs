@@ -149,14 +149,33 @@ impl<'a> SceneEvidence<'a> {
         super::simplicity(self.judged.scene)
     }
 
-    /// The first wrong steps whose defect is far above the noise.
-    pub(super) fn clear_samples(&self) -> Samples<'_> {
-        let clear = self.evidence.iter().filter(|evidence| {
+    /// The wrong steps whose defect is far above the noise.
+    fn clear(&self) -> impl Iterator<Item = &Evidence> {
+        self.evidence.iter().filter(|evidence| {
             let far =
                 |kind: usize| evidence.defect[kind] > self.limits.clear * evidence.noise[kind];
             evidence.is_wrong() && (far(0) || far(1))
-        });
-        Samples { limits: self.limits, steps: clear.take(self.limits.first).collect() }
+        })
+    }
+
+    /// Whether there is such a step.
+    pub(super) fn has_clear_sample(&self) -> bool {
+        self.clear().next().is_some()
+    }
+
+    /// The first of these steps that `model` does not make: in the others, nothing is wrong beside its changes.
+    pub(super) fn clear_samples(&self, model: &Model) -> Samples<'_> {
+        let is_left = |evidence: &&Evidence| {
+            let Evidence { sample, noise, .. } = evidence;
+            let Some(residual) = model.residual(sample) else { return !model.remembers() };
+            let [x, v] = noise.map(|noise| self.limits.left * noise);
+            let is_off = |left: &[f64], bound: f64| left.iter().any(|left| left.abs() > bound);
+            is_off(&residual.position, x)
+                || is_off(&residual.momentum, v * residual.stiffness)
+                || model.moves_fixed(sample, v)
+        };
+        let left = self.clear().filter(is_left);
+        Samples { limits: self.limits, steps: left.take(self.limits.first).collect() }
     }
 
     /// All sampled steps.

@@ -133,10 +133,7 @@ pub(super) fn of_scene(
 ) -> Vec<Change> {
     let scene = &scenes[number];
     let model = Model::new(&scene.scene, made);
-    let samples = scene.clear_samples();
-    if samples.is_empty() {
-        return Vec::new();
-    }
+    let samples = scene.clear_samples(&model);
     let Some(base) = Base::of(&model, &samples) else { return Vec::new() };
     let parts: Vec<Term> = (0..model.n_terms()).map(|number| model.term(number)).collect();
     let mut wholes: Vec<Term> = parts.iter().map(|term| Term { part: "", ..*term }).collect();
@@ -219,7 +216,9 @@ fn number(rule: &Rule, scenes: &[Marked<'_>], made: &[Change]) -> Option<f64> {
     let of_each = concerned.par_iter().filter_map(|scene| {
         let model = Model::new(&scene.scene, made);
         let samples = scene.all_samples();
-        let base = Base::of(&model, &samples).filter(|_| !samples.is_empty())?;
+        // What makes its steps need not solve its equation, where Newton's method ends early.
+        let base =
+            Base::of(&model, &samples).filter(|base| !scene.is_settled() || !base.is_wrong())?;
         let pieces = Pieces::of(&base, &model, rule.subject)?;
         let measure = pieces.measures.iter().position(|measure| *measure == rule.measure)?;
         let allowed = pieces.allowed(measure, rule.above, rule.factor, true);

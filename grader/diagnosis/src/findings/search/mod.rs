@@ -250,6 +250,7 @@ impl<'a> Search<'a> {
         let left = self.covering(left);
         let mut gates = gates::Known::default();
         let mut seen: BTreeSet<(usize, bool)> = BTreeSet::new();
+        let mut beside: BTreeSet<(usize, bool)> = BTreeSet::new();
         loop {
             let n_before = seen.len();
             for pairs in [false, true] {
@@ -258,11 +259,51 @@ impl<'a> Search<'a> {
                 if !chosen.is_empty() {
                     return chosen;
                 }
+                if !pairs {
+                    let chosen = self.beside_alternatives(&left, &mut beside);
+                    if !chosen.is_empty() {
+                        return chosen;
+                    }
+                }
             }
             if seen.len() == n_before {
                 return Vec::new();
             }
         }
+    }
+
+    /// The best change in other scenes of a cause's methods, in which an alternative of it acts and it does not: the cause is the
+    /// alternative then.
+    fn beside_alternatives(
+        &mut self,
+        left: &[usize],
+        seen: &mut BTreeSet<(usize, bool)>,
+    ) -> Vec<Cause> {
+        for number in 0..self.found.len() {
+            let change = self.found[number].change().clone();
+            let methods = self.methods(&self.found[number]);
+            for alternative in self.found[number].alternatives.split_off(1) {
+                let acts_alone = |scene: &Scene| {
+                    methods.contains(scene.integrator.name)
+                        && alternative.must_act_in(scene)
+                        && !change.acts_in(scene)
+                };
+                let scenes = left.iter().copied();
+                let scenes = scenes.filter(|one| acts_alone(&self.scenes[*one].scene));
+                let scenes: Vec<usize> = scenes.collect();
+                let mut made = self.made();
+                made[number] = alternative.clone();
+                let mut gates = gates::Known::default();
+                let weighed = self.enumerate(&made, &scenes, false, seen, &mut gates);
+                let chosen = self.choose(&made, weighed);
+                if !chosen.is_empty() {
+                    self.found[number].alternatives = vec![alternative];
+                    return chosen;
+                }
+                self.found[number].alternatives.push(alternative);
+            }
+        }
+        Vec::new()
     }
 
     /// These scenes, those first that have a term under a method, or fixed particles under it, that no scene before has.
@@ -301,7 +342,10 @@ impl<'a> Search<'a> {
             }
             let scene = self.scenes[number];
             let twins = if pairs { of_linearized(&scene, made).len() } else { 0 };
-            let acting = twins + made.iter().filter(|change| change.acts_in(&scene.scene)).count();
+            let model = Model::new(&scene.scene, made);
+            let acts =
+                |change: &&Change| change.acts_in(&scene.scene) && model.is_changed_by(change);
+            let acting = twins + made.iter().filter(acts).count();
             let size = scene.scene.particles.len() * scene.scene.dimension.count();
             let cost = cost(scene.scene.integrator, size, pairs);
             let is_over = self.spent + cost > self.limits.ceiling;
@@ -587,11 +631,15 @@ impl<'a> Search<'a> {
         several.map(|(term, _)| term).filter(|term| !right.contains(term)).collect()
     }
 
+    /// The methods of the scenes that a cause explains.
+    fn methods(&self, cause: &Cause) -> BTreeSet<&'static str> {
+        cause.scenes.iter().map(|&number| self.scenes[number].scene.integrator.name).collect()
+    }
+
     /// Whether a mistake of a force explains scenes of one method alone, whose other scenes are wrong as well, more of them, and
     /// without that force: something of the method is wrong, and this is a part of what it does.
     fn is_all_of_a_method(&self, cause: &Cause) -> bool {
-        let methods: BTreeSet<&str> =
-            cause.scenes.iter().map(|&number| self.scenes[number].scene.integrator.name).collect();
+        let methods = self.methods(cause);
         let Some(name) = methods.first().filter(|_| methods.len() == 1) else { return false };
         let is_of_method =
             matches!(cause.change().place, Place::Integrator(_) | Place::FixedUnder(_));

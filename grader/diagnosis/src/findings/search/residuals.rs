@@ -23,10 +23,10 @@ pub(super) fn survivors(
 ) -> Vec<Change> {
     let inner = &scene.scene;
     let model = Model::new(inner, made);
-    let samples = scene.clear_samples();
-    if samples.is_empty() {
+    if !scene.has_clear_sample() {
         return Vec::new();
     }
+    let samples = scene.clear_samples(&model);
     let name = inner.integrator.name;
     let mut found = in_terms(&model, name, &samples);
     let mut whole: Vec<Change> = candidates::replacements(inner);
@@ -91,7 +91,7 @@ fn is_accidental(change: &Change, time_step: f64, limits: &Thresholds) -> bool {
 
 /// A change of the integrator's rules, or of fixed particles, with one of a term.
 pub(super) fn with_rules(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
-    let samples = scene.clear_samples();
+    let samples = scene.clear_samples(&Model::new(&scene.scene, made));
     with_each(&rules_of(scene, made, &samples), scene, made, &samples)
 }
 
@@ -106,7 +106,7 @@ fn rules_of(scene: &SceneEvidence<'_>, made: &[Change], samples: &Samples<'_>) -
 /// Of positions or fixed particles that are wrong in a scene, the rules with which they are right: another change can be
 /// looked for beside these alone.
 pub(super) fn setting_right(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
-    let samples = scene.clear_samples();
+    let samples = scene.clear_samples(&Model::new(&scene.scene, made));
     let is_right =
         |changes: &[Change]| Base::of(&Model::new(&scene.scene, changes), &samples).is_some();
     if samples.is_empty() || is_right(made) {
@@ -126,7 +126,7 @@ pub(super) fn with_reading(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Ve
     }
     let mut rules = candidates::of_helpers(inner);
     rules.extend(candidates::of_reading(inner, &[]));
-    with_each(&rules, scene, made, &scene.clear_samples())
+    with_each(&rules, scene, made, &scene.clear_samples(&Model::new(inner, made)))
 }
 
 /// Each of these changes with one of a term; the most usual first.
@@ -154,7 +154,7 @@ pub(super) fn with_positions(
     made: &[Change],
     time_steps: &[f64],
 ) -> Vec<Vec<Change>> {
-    let samples = scene.clear_samples();
+    let samples = scene.clear_samples(&Model::new(&scene.scene, made));
     let is_on_rule = |changes: &[Change]| {
         let model = Model::new(&scene.scene, changes);
         samples.iter().all(|evidence| {
@@ -219,9 +219,9 @@ pub(super) fn with_matrices(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<V
 /// Rules by which positions are right, beside which all changes are tried.
 const FEW_RULES: usize = 3;
 
-/// Changes of one term's value, or of the sum of all terms, that cancel the residual.
+/// Changes of one term's value, or of the sum of all terms, that cancel the residual; none where it vanishes without them.
 fn in_terms(model: &Model, integrator: &'static str, samples: &Samples<'_>) -> Vec<Change> {
-    let Some(base) = Base::of(model, samples) else { return Vec::new() };
+    let Some(base) = Base::of(model, samples).filter(Base::is_wrong) else { return Vec::new() };
     let mut found = Vec::new();
     for number in 0..model.n_terms() {
         let term = model.term(number);
@@ -275,8 +275,11 @@ pub(super) struct Base<'a> {
 }
 
 impl<'a> Base<'a> {
-    /// `None` where positions or fixed particles are wrong: no term is to blame then.
+    /// `None` where positions or fixed particles are wrong: no term is to blame then. Nor without a sample.
     pub(super) fn of(model: &'a Model, samples: &'a Samples<'a>) -> Option<Self> {
+        if samples.is_empty() {
+            return None;
+        }
         let mut residuals = Vec::new();
         for evidence in samples.iter() {
             let residual = model.residual(&evidence.sample)?;
@@ -421,7 +424,7 @@ fn in_jacobians_of_newton(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Cha
 pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
     let inner = &scene.scene;
     let model = Model::new(inner, made);
-    let samples = scene.clear_samples();
+    let samples = scene.clear_samples(&model);
     let Some(base) = Base::of(&model, &samples) else { return Vec::new() };
     let all: Vec<&Change> = (0..model.n_terms())
         .flat_map(|number| candidates::of_term(model.term(number)))
@@ -445,7 +448,7 @@ pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Ch
             residual.iter().map(|value| value / *bound).collect::<Vec<_>>()
         })
         .collect();
-    if effects.is_empty() || residual.is_empty() {
+    if effects.is_empty() {
         return Vec::new();
     }
     // Pairs are found by a projection on one direction, sorted.

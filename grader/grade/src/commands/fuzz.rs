@@ -94,9 +94,12 @@ enum FuzzFormat {
     Json,
 }
 
-/// Seconds that a run on a drawn scene may take, which takes a right program some milliseconds. Its trace is less than a
-/// megabyte.
+/// Seconds of processor time that a run on a drawn scene may take, which takes a right program some milliseconds. Its trace is less
+/// than a megabyte.
 const SECONDS: f64 = 5.0;
+
+/// Seconds from start to end: beside other work, a program waits for its turn, which is no failure of it.
+const WAITING: f64 = 20.0;
 
 fn parse_minutes(text: &str) -> Result<f64, String> {
     match text.parse() {
@@ -205,7 +208,7 @@ impl FuzzArgs {
     fn program(&self, path: &Path) -> Result<Program, Stop> {
         let program = open_measured(path, &self.run)?;
         let is_set = |name: &str| self.run.limit.iter().any(|(set, _)| set == name);
-        let short = [("cpu", SECONDS), ("wall", SECONDS), ("trace", sandbox::IN_MEMORY as f64)];
+        let short = [("cpu", SECONDS), ("wall", WAITING), ("trace", sandbox::IN_MEMORY as f64)];
         let short = short.into_iter().filter(|(name, _)| !is_set(name));
         let program = program.with_limits(&short.collect::<Vec<_>>());
         program.asked_to_serve().map_err(Stop::fault)

@@ -111,6 +111,17 @@ fn failures_of_served_runs_are_confirmed_by_plain_starts() {
     assert!(counts.iter().all(|found| *found == counts[0]), "{counts:?}");
 }
 
+/// On a busy machine, a right program may take long without taking processor time.
+#[test]
+fn a_program_that_waits_is_not_called_wrong() {
+    let submission = serving("fuzz-waiting", &format!("sleep 6; {CALL}"), "exit 0");
+    let plan = ["--assignment", "t1m3", "--seed", "1", "--scenes", "2", "--format", "json"];
+    let run = fuzz(&[&[&*submission], &plan[..]].concat());
+    assert_eq!(run.code, 0, "{}", run.stdout);
+    let report: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(report["runs"][0]["right"].as_u64() > Some(0), "{report}");
+}
+
 /// A program that is right when it serves, and fails by itself, is wrong.
 #[test]
 fn what_a_program_serves_is_confirmed_by_a_sample_of_plain_starts() {

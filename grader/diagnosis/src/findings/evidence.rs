@@ -369,6 +369,7 @@ impl<'a> SceneEvidence<'a> {
         let momentum = residual.momentum.iter().enumerate();
         let free = momentum.filter(|(dof, _)| !self.scene.particles[dof / axes].fixed);
         let (wrong, mut right): (Vec<_>, Vec<_>) = free.partition(|(_, left)| left.abs() > bound);
+        let holds: BTreeSet<usize> = right.iter().map(|(dof, _)| dof / axes).collect();
         // Where nothing changes, an equation holds that says nothing.
         right.retain(|(dof, _)| sample.after.velocities[*dof] != sample.before.velocities[*dof]);
         let largest = right.iter().fold(0.0_f64, |most, (_, left)| most.max(left.abs()));
@@ -391,9 +392,7 @@ impl<'a> SceneEvidence<'a> {
             match wrong_particles.len() {
                 0 => return None,
                 1..=FEW_PARTICLES => format!("is off for {} only", numbers(&wrong_particles)),
-                _ if right_particles.len() <= FEW_PARTICLES => {
-                    format!("holds for {} only", numbers(&right_particles))
-                }
+                _ if holds.len() <= FEW_PARTICLES => format!("holds for {} only", numbers(&holds)),
                 _ => return None,
             }
         } else if wrong_axes.len() == 1 && wrong_axes.is_disjoint(&right_axes) && axes > 1 {

@@ -184,7 +184,7 @@ pub enum TraceFault {
     NoHeader { expected: String },
     #[error("column {column} of the header is {found:?}, not {expected:?}")]
     Header { column: usize, expected: String, found: String },
-    #[error("the header has {found} columns, not {expected}: {header:?}")]
+    #[error("the number of columns in the header is {found}, not {expected}: {header:?}")]
     HeaderLength { expected: usize, found: usize, header: String },
     #[error("the number of fields is {found}, not {expected}")]
     RowLength { expected: usize, found: usize },

@@ -541,6 +541,10 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (Ends::ByNumber, "has the wrong sign where the first particle's number is the larger"),
             (Ends::SecondAtIndex, "is added to components j and j + 1 for particle j"),
             (Ends::AtIndex, AT_INDEX),
+            (
+                Ends::SecondToNext,
+                "has its reaction on particle i + 1 of the scene, after the last on the first, in the place of j",
+            ),
         ] {
             add(force, words, Effect::Ends(term, ends), 1);
         }
@@ -1773,6 +1777,17 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
         if !is_new || schema.stencil.size() != 2 || Term::of(schema).len() < 2 {
             continue;
         }
+        let parts = Term::of(schema);
+        let pairs = parts.iter().flat_map(|from| parts.iter().map(move |to| [*from, *to]));
+        for [from, to] in pairs.filter(|[from, to]| from != to) {
+            let of = |(place, end): (usize, &&str)| Change {
+                place: Place::Force(whole),
+                words: format!("{from} acts on {end} twice, in the place of {to}"),
+                effect: Effect::Ends(whole, Ends::Again(place, [from.part, to.part])),
+                rank: 2,
+            };
+            all.extend(schema.stencil.particles().iter().enumerate().map(of));
+        }
         all.extend(of_stencil(schema.stencil).into_iter().map(|(blocks, words)| Change {
             place: Place::Jacobian(whole),
             words: format!("each Jacobian of {whole} {words}"),
@@ -1799,8 +1814,9 @@ pub fn taken_as_fixed() -> [Change; 2] {
     .map(change)
 }
 
-/// These changes of the elements that a force has, made where the force alone, or its Jacobians alone, are summed.
-fn partly(all: &[Change]) -> Vec<Change> {
+/// These changes of the elements that a force has, made where the force alone, or its Jacobians alone, are summed; of all
+/// elements of the scene, also where a method of this name sums forces.
+fn partly(all: &[Change], method: &'static str) -> Vec<Change> {
     let mut found = Vec::new();
     for change in all {
         let Effect::Scene(rule) = change.effect else { continue };
@@ -1823,6 +1839,11 @@ fn partly(all: &[Change]) -> Vec<Change> {
             }
             _ => continue,
         };
+        if change.place == Place::Reading {
+            let words = format!("{method}: {}", change.words);
+            let effect = Effect::Partly(FORCE, rule);
+            found.push(Change { place: Place::Integrator(method), words, effect, rank: 2 });
+        }
         for (quantities, what, is_there) in [
             (FORCE, "forces", depends_on.position || depends_on.velocity),
             (BY_POSITION, "dF/dx", depends_on.position),
@@ -2250,7 +2271,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     if is_of_rounds(scene) {
         all.retain(|change| !is_of_task(change));
     } else {
-        all.extend(partly(&all));
+        all.extend(partly(&all, scene.integrator.name));
         all.extend(taken_as_fixed());
     }
     all

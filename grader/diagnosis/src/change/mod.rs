@@ -140,6 +140,7 @@ impl Change {
                 false
             }
             (_, Place::Jacobian(term)) => has(&term) && implicit(),
+            (Effect::Partly(..), Place::Integrator(name)) => scene.integrator.name == name,
             (Effect::Partly(quantities, _), Place::Helpers) => {
                 implicit() || quantities.contains(&Quantity::Force)
             }
@@ -530,6 +531,12 @@ pub enum Ends {
     Copied(usize, usize, usize),
     /// It has the second component added to the first, and none of its own.
     Gathered(usize, usize, usize),
+    /// That on `j` is added to particle `i + 1` of the scene, after the last one to the first.
+    SecondToNext,
+    /// The force on one of them is multiplied by a number.
+    Times(usize, f64),
+    /// On one of them, a part of the force acts once more in the place of another part.
+    Again(usize, [&'static str; 2]),
 }
 
 /// Blocks of an element's Jacobian; the right ones of a pair are `k, −k; −k, k`.

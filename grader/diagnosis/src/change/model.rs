@@ -300,21 +300,25 @@ pub(super) const HELD: Hold = Hold {
     unforced: false,
 };
 
+impl Place {
+    /// Whether a scene is read by other code than that here.
+    fn is_elsewhere(self, scene: &Scene) -> bool {
+        match self {
+            Self::FixedUnder(name) | Self::Integrator(name) => name != scene.integrator.name,
+            Self::Fixed(Some(family)) => family != (scene.integrator.matrix == Matrix::Jacobians),
+            Self::Task(_) => !is_of_rounds(scene),
+            _ => false,
+        }
+    }
+}
+
 impl Model {
     /// The steps of `scene` with these changes.
     pub fn new(scene: &Scene, changes: &[Change]) -> Self {
         let mut scene = scene.clone();
         for change in changes {
-            let is_elsewhere = match change.place {
-                Place::FixedUnder(name) => name != scene.integrator.name,
-                Place::Fixed(Some(family)) => {
-                    family != (scene.integrator.matrix == Matrix::Jacobians)
-                }
-                Place::Task(_) => !is_of_rounds(&scene),
-                _ => false,
-            };
             if let Effect::Scene(rule) = change.effect
-                && !is_elsewhere
+                && !change.place.is_elsewhere(&scene)
             {
                 read_wrongly(&mut scene, rule);
             }
@@ -476,7 +480,9 @@ impl Model {
             Effect::Method(_, Rule::Replaced(_) | Rule::Idle) => true,
             Effect::Method(name, _) => self.steps_by(name),
             _ => match change.place {
-                Place::FixedUnder(name) | Place::ForceUnder(_, name) => self.steps_by(name),
+                Place::FixedUnder(name) | Place::ForceUnder(_, name) | Place::Integrator(name) => {
+                    self.steps_by(name)
+                }
                 Place::Fixed(Some(family)) => {
                     let of_scene = self.scene.integrator.matrix == Matrix::Jacobians;
                     family == self.method.map_or(of_scene, |_| self.is_implicit())
@@ -912,7 +918,13 @@ impl Model {
             for (place, (particle, force)) in particles.iter().zip(forces).enumerate() {
                 let is_slipped = evaluation.ends == Some(Ends::AtIndex)
                     || place == 1 && evaluation.ends == Some(Ends::SecondAtIndex);
-                let first = if is_slipped { *particle } else { particle * self.dimension };
+                let target = match evaluation.ends {
+                    Some(Ends::SecondToNext) if place == 1 => {
+                        (particles[0] + 1) % self.scene.particles.len()
+                    }
+                    _ => *particle,
+                };
+                let first = if is_slipped { target } else { target * self.dimension };
                 for (_, axis) in element.lost.forces.iter().filter(|(one, _)| one == particle) {
                     match axis {
                         Some(axis) => force[*axis] = 0.0,
@@ -1317,7 +1329,15 @@ impl TermModel {
                     evaluation.factor = evaluation.factor.and(*factor);
                 }
             }
-            Effect::Ends(_, ends) => self.evaluations[0].ends = Some(*ends),
+            Effect::Ends(_, ends) => {
+                self.evaluations[0].ends = Some(match *ends {
+                    Ends::Again(place, [from, _]) if self.term.part == from => {
+                        Ends::Times(place, 2.0)
+                    }
+                    Ends::Again(place, [_, to]) if self.term.part == to => Ends::Times(place, 0.0),
+                    ends => ends,
+                });
+            }
             Effect::Blocks(_, quantities, blocks) => {
                 for quantity in *quantities {
                     self.evaluations[quantity.place()].blocks = Some(*blocks);
@@ -1565,7 +1585,7 @@ fn terms_of(scene: &Scene, changes: &[Change]) -> Vec<TermModel> {
     };
     // A scene that is read otherwise where some quantities are evaluated.
     let partly = changes.iter().find_map(|change| match change.effect {
-        Effect::Partly(quantities, rule) => {
+        Effect::Partly(quantities, rule) if !change.place.is_elsewhere(scene) => {
             let mut read = scene.clone();
             read_wrongly(&mut read, rule);
             Some((quantities, Arc::new(read)))
@@ -1678,7 +1698,12 @@ impl Ends {
                 forces[place][to] += forces[place][from];
                 forces[place][from] = 0.0;
             }
-            Self::ByNumber | Self::SecondAtIndex | Self::AtIndex => {}
+            Self::Times(place, factor) => forces[place] *= factor,
+            Self::ByNumber
+            | Self::SecondAtIndex
+            | Self::AtIndex
+            | Self::SecondToNext
+            | Self::Again(..) => {}
         }
     }
 }

@@ -27,6 +27,13 @@ impl Weighed {
         4 * self.explained.len() as i64 - self.unexplained as i64
     }
 
+    /// Whether it is another method's steps in few of the scenes: something else is wrong that these do not show.
+    fn is_doubtful(&self) -> bool {
+        let is_replaced =
+            |change: &Change| matches!(change.effect, Effect::Method(_, Rule::Replaced(_)));
+        self.explained.len() <= self.unexplained && self.changes.iter().any(is_replaced)
+    }
+
     fn rank(&self) -> u32 {
         let ranks = self.changes.iter().map(|change| u32::from(change.rank));
         ranks.sum::<u32>() + 4 * (self.changes.len() as u32 - 1)
@@ -199,7 +206,9 @@ impl Search<'_> {
     /// The best of these that whole replays prove, with its alternatives.
     pub(super) fn choose(&self, made: &[Change], mut weighed: Vec<Weighed>) -> Vec<Cause> {
         // Stable: of equal ones, the first that was enumerated.
-        weighed.sort_by_key(|one| (std::cmp::Reverse(one.score()), one.open, one.rank()));
+        weighed.sort_by_key(|one| {
+            (one.is_doubtful(), std::cmp::Reverse(one.score()), one.open, one.rank())
+        });
         let mut best: Option<(Weighed, Vec<Weighed>)> = None;
         let mut rivals: Vec<Change> = Vec::new();
         let mut replayed = 0;
@@ -219,7 +228,7 @@ impl Search<'_> {
                     else {
                         continue;
                     };
-                    let is_new = change != known && !rivals.contains(change);
+                    let is_new = change != known && !rivals.contains(change) && !one.is_doubtful();
                     if is_new
                         && rivals.len() < self.limits.rivals
                         && !one.explained.is_disjoint(&best.explained)

@@ -116,6 +116,7 @@ const CHANGES: &[&str] = &[
     "linearized-implicit-euler: the velocities of fixed particles are set to zero",
     "masses are read as integers",
     "dt is the duration divided by the number of steps",
+    "the last step is shortened to end at the duration",
     "each gravitationalforce has the parameters of the last",
     "gravitationalforce has m_i + m_j in the place of m_i m_j",
     "springforce's elastic force has k l − l0 in the place of k (l − l0)",

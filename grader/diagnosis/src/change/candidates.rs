@@ -1893,6 +1893,8 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     if !scene.is_divided() {
         let words = "dt is the duration divided by the number of steps";
         add(reading, SceneRule::EvenTimeStep, 2, words.to_owned());
+        let words = "the last step is shortened to end at the duration";
+        add(reading, SceneRule::ShortLastStep, 2, words.to_owned());
     }
     for step in time_steps.iter().filter(|step| **step != scene.time_step) {
         add(reading, SceneRule::TimeStep(*step), 2, format!("dt is always taken as {step}"));

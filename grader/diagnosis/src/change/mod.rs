@@ -216,6 +216,7 @@ impl SceneRule {
                 Self::ParameterAs(tag, one, other) | Self::Exchanged(tag, [one, other]) => {
                     any(tag, &|element| element.parameter(one) != element.parameter(other))
                 }
+                Self::ShortLastStep => !scene.is_divided(),
                 _ => true,
             }
     }
@@ -1334,6 +1335,8 @@ pub enum SceneRule {
     EvenTimeStep,
     /// The time step is rounded to single precision.
     SingleTimeStep,
+    /// The last step ends at the duration, where this is no multiple of the time step.
+    ShortLastStep,
     /// Initial velocities are zero.
     Velocities,
     /// Only the first or the last force element of the scene is there.

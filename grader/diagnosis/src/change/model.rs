@@ -273,7 +273,11 @@ pub struct Model {
     pub(super) fixed_rules: FixedRules,
     /// A slip in the functions on vectors.
     helper: Option<Helper>,
+    /// The number of the last step, and its own model, where it has another size.
+    last: Option<(u64, Box<Self>)>,
 }
+
+const SHORT_LAST_STEP: Effect = Effect::Scene(SceneRule::ShortLastStep);
 
 /// Newton's method as the course has it.
 pub(super) const NEWTON: Newton = Newton {
@@ -315,6 +319,14 @@ impl Place {
 impl Model {
     /// The steps of `scene` with these changes.
     pub fn new(scene: &Scene, changes: &[Change]) -> Self {
+        let last = changes.iter().position(|change| change.effect == SHORT_LAST_STEP);
+        let last = last.filter(|_| !scene.is_divided()).map(|place| {
+            let (before, after) = (&changes[..place], &changes[place + 1..]);
+            let number = scene.n_steps() - 1;
+            let mut rest = scene.clone();
+            rest.time_step = scene.duration - number as f64 * scene.time_step;
+            (number, Box::new(Self::new(&rest, &[before, after].concat())))
+        });
         let mut scene = scene.clone();
         for change in changes {
             if let Effect::Scene(rule) = change.effect
@@ -405,6 +417,7 @@ impl Model {
             rules,
             fixed_rules,
             helper: None,
+            last,
             scene,
         };
         if mass_list.is_some() {
@@ -461,6 +474,14 @@ impl Model {
             _ => dof / self.dimension,
         };
         self.scene.particles[particle].mass
+    }
+
+    /// The model of a step: its own, or that of the last step.
+    pub(super) fn of_step(&self, step: u64) -> &Self {
+        match &self.last {
+            Some((number, last)) if *number == step => last,
+            _ => self,
+        }
     }
 
     /// Whether its steps can be taken.
@@ -1862,6 +1883,8 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         SceneRule::TimeStep(step) => scene.time_step = step,
         SceneRule::TimeStepAtMost(step) => scene.time_step = scene.time_step.min(step),
         SceneRule::EvenTimeStep => scene.time_step = scene.duration / scene.n_steps() as f64,
+        // Another model makes the last step.
+        SceneRule::ShortLastStep => {}
         SceneRule::SingleTimeStep => scene.time_step = f64::from(scene.time_step as f32),
         SceneRule::Velocities => {
             scene.particles.iter_mut().for_each(|particle| particle.velocity = [0.0; 3]);

@@ -566,19 +566,26 @@ mod tests {
     use crate::draw::read;
     use crate::motion::Held;
 
-    /// A step of the linearized method whose matrix is taken for symmetric.
+    /// A step of the linearized method whose matrix is taken for symmetric, and has the rows of fixed particles.
     fn symmetrized(scene: &Scene) -> Vec<State> {
         let (h, v) = (scene.time_step, scene.velocities());
         let x: Vec<f64> = scene.positions().iter().zip(&v).map(|(x, v)| x + h * v).collect();
         let laws = Laws::new(scene);
         let derivatives = laws.jacobians(&x, &v, h);
-        let mass = |dof: usize| scene.particles[dof / 2].mass;
+        let particle = |dof: usize| &scene.particles[dof / 2];
         let matrix = DMatrix::from_fn(v.len(), v.len(), |i, j| {
             let at = (i.max(j), i.min(j));
-            let inertia = if i == j { mass(i) } else { 0.0 };
-            inertia - h * (h * derivatives.by_position[at] + derivatives.by_velocity[at])
+            let inertia = if i == j { particle(i).mass } else { 0.0 };
+            match particle(i).fixed || particle(j).fixed {
+                true => f64::from(u8::from(i == j)),
+                false => {
+                    inertia - h * (h * derivatives.by_position[at] + derivatives.by_velocity[at])
+                }
+            }
         });
-        let change = matrix.lu().solve(&(h * DVector::from_vec(laws.force(&x, &v, h)))).unwrap();
+        let mut push = h * DVector::from_vec(laws.force(&x, &v, h));
+        (0..v.len()).filter(|dof| particle(*dof).fixed).for_each(|dof| push[dof] = 0.0);
+        let change = matrix.lu().solve(&push).unwrap();
         let ends: Vec<f64> = v.iter().zip(&change).map(|(v, change)| v + change).collect();
         let moved = scene.positions().iter().zip(&ends).map(|(x, v)| x + h * v).collect();
         let of = |positions, velocities| State { time: None, positions, velocities };
@@ -587,25 +594,30 @@ mod tests {
 
     #[test]
     fn a_solver_need_not_tell_light_particles_row_by_row_beside_heavy_ones() {
-        let judged = |heavy: f64| {
+        let judged = |heavy: f64, fixed: u8, damping: f64| {
             let text = format!(
                 r#"<scene>
                 <duration time="2e-7"/>
                 <integrator type="linearized-implicit-euler" dt="2e-7"/>
-                <particle m="{heavy}" px="0" py="0" vx="0" vy="0" fixed="0"/>
+                <particle m="{heavy}" px="0" py="0" vx="0" vy="0" fixed="{fixed}"/>
                 <particle m="2e-6" px="0" py="1" vx="1" vy="1" fixed="0"/>
                 <edge i="1" j="0"/>
-                <springforce edge="0" k="0" l0="0" b="1"/>
+                <springforce edge="0" k="0" l0="0" b="{damping}"/>
                 </scene>"#
             );
             let scene = read(&text).unwrap();
             let start = || Ok(Box::new(Held::of(symmetrized(&scene))) as Box<dyn StateSource>);
             Judge::default().judge_states(&scene, &simulate(&scene).unwrap(), start)
         };
-        let told = judged(5e5);
-        assert!(matches!(told, Judgement::Tells(Nothing::Sensitive)), "{told:?}");
-        let told = judged(1.0);
-        assert!(matches!(told, Judgement::Wrong(_)), "{told:?}");
+        // A row of a fixed particle holds 1.
+        for (heavy, fixed, damping) in [(5e5, 0, 1.0), (2e-6, 1, 0.1)] {
+            let told = judged(heavy, fixed, damping);
+            assert!(matches!(told, Judgement::Tells(Nothing::Sensitive)), "{heavy}: {told:?}");
+        }
+        for (heavy, fixed, damping) in [(1.0, 0, 1.0), (2e-6, 0, 0.1)] {
+            let told = judged(heavy, fixed, damping);
+            assert!(matches!(told, Judgement::Wrong(_)), "{heavy}: {told:?}");
+        }
     }
 
     #[test]

@@ -420,8 +420,11 @@ impl Equation {
             let Scale { by_position, by_velocity, .. } = scales[particle];
             h * h * by_position + h * by_velocity
         };
-        let free = (0..self.masses.len()).filter(|particle| !self.fixed[*particle]);
-        let rows = free.map(|particle| self.masses[particle] + stiffness(particle));
+        // Where a program keeps the rows of fixed particles, they hold the mass or 1.
+        let rows = (0..self.masses.len()).map(|particle| {
+            let row = self.masses[particle] + stiffness(particle);
+            if self.fixed[particle] { row.max(1.0) } else { row }
+        });
         let by_norm = match linearized {
             Some(true) => self.by_norm * rows.fold(0.0, f64::max) * largest(&change),
             _ => 0.0,

@@ -698,7 +698,7 @@ fn is_of_rounds(change: &Change) -> bool {
 }
 
 /// Estimated milliseconds in which the changes of a scene, or their pairs, are enumerated. Measured on scenes of 6 to 50
-/// coordinates: a pair of rules and terms solves a dense system each.
+/// coordinates: each pair of rules and terms, and each iteration of Newton's method, solves a dense system.
 fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
     let size = size as u64;
     let is_implicit = integrator.matrix == Matrix::Jacobians;
@@ -706,7 +706,7 @@ fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
     match (pairs, is_implicit) {
         (true, true) => 40 * size + size.pow(3) / 10,
         (true, false) => 20 * size,
-        (false, _) if is_newton => 110 * size,
+        (false, _) if is_newton => 90 * size + size.pow(3) / 10,
         (false, true) => 19 * size,
         (false, false) => 6 * size,
     }
@@ -758,6 +758,9 @@ mod tests {
         let limits = Thresholds::default();
         let all = |size: usize, pairs: bool, count: u64| count * cost(linearized, size, pairs);
         assert!(all(50, true, 1) > limits.ceiling);
+        let newton = simulator::vocabulary().integrator("implicit-euler");
+        let newton = newton.expect("an integrator of the registry");
+        assert!(2 * cost(newton, 32, false) > limits.ceiling);
         // The largest net alone, and pairs in the scenes of few particles that most mistakes show in.
         assert!(all(50, false, limits.tried as u64) < limits.ceiling);
         assert!(all(8, true, limits.tried as u64) < limits.ceiling);

@@ -304,6 +304,8 @@ const CHANGES: &[&str] = &[
     "implicit methods clear the unknowns i, i + 1 of fixed particle i, and clear the forces on them",
     "steps of linearized-implicit-euler hold fixed particles along x only, and clear the forces on them",
     "linearized-implicit-euler: in the matrix, the time step is always 0.01",
+    "linearized-implicit-euler: the elimination exchanges rows, and not their right-hand sides",
+    "implicit-euler: Newton's method takes each update for the velocities, not for their change, and ends after 50 iterations",
     "implicit-euler: Newton's method evaluates forces at the positions x + h (v + u)/2, and positions move there",
     "implicit-euler: Newton's method evaluates forces at the positions x + h (v + u)/2, not x + h u",
     "simplegravity has the mass of the next particle for each, and none for the last",
@@ -889,6 +891,16 @@ fn an_end_of_newtons_method_beside_a_wrong_matrix_of_both_methods_is_named() {
     let end = "implicit-euler: Newton's method stops at an update of 1e-2";
     let found = findings(&[matrix, newton, candidate(end)], |states| states);
     assert!(said(&found).contains(&end), "{found:#?}");
+}
+
+#[test]
+fn an_end_of_newtons_method_beside_a_wrong_hold_of_both_methods_is_named() {
+    let words = [
+        "implicit methods hold fixed particles along x only",
+        "implicit-euler: Newton's method stops at an update of 1",
+    ];
+    let found = findings(&words.map(candidate), |states| states);
+    assert!(said(&found).contains(&words[1]), "{found:#?}");
 }
 
 #[test]

@@ -5,7 +5,9 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
 use std::sync::{Arc, LazyLock};
 
-use scene::schema::{Dependence, ForceSchema, Masses, ParameterSchema, Stencil, StepEquation};
+use scene::schema::{
+    Dependence, ForceSchema, Masses, Matrix, ParameterSchema, Stencil, StepEquation,
+};
 use scene::{Dimension, ForceElement, Scene};
 
 use super::edit::{self, NumberedEdit, edits};
@@ -1370,7 +1372,13 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
             let words = format!(
                 "Newton's method adds each update to the velocities of its start, and ends after {iterations} iterations"
             );
-            all.push(change(Rule::Restarted { iterations }, 2, words));
+            let from_zero = false;
+            all.push(change(Rule::Restarted { iterations, from_zero }, 2, words));
+            let words = format!(
+                "Newton's method takes each update for the velocities, not for their change, and ends after {iterations} iterations"
+            );
+            let from_zero = true;
+            all.push(change(Rule::Restarted { iterations, from_zero }, 2, words));
             let words = format!(
                 "Newton's method moves positions on in every iteration, not from x, and ends after {iterations} iterations"
             );
@@ -1429,8 +1437,15 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
     all
 }
 
-/// The same rule of the matrix in Newton's method of this name as in a linearized method.
+/// The same rule of the matrix, or of fixed particles, in Newton's method of this name as in a linearized method.
 pub fn of_newton(name: &'static str, change: &Change) -> Option<Change> {
+    if let Place::FixedUnder(of) = change.place {
+        let known = simulator::vocabulary().integrator(of);
+        let is_implicit = known.is_some_and(|known| known.matrix == Matrix::Jacobians);
+        let words = change.words.replacen(of, name, 1);
+        let of_name = || Change { place: Place::FixedUnder(name), words, ..change.clone() };
+        return (is_implicit && of != name).then(of_name);
+    }
     let Effect::Method(linearized, rule) = change.effect else { return None };
     let is_of_matrix =
         change.is_of_system() || matches!(rule, Rule::JacobiansAt(..) | Rule::Other(_));

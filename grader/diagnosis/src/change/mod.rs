@@ -842,6 +842,8 @@ pub enum Rule {
     Restarted {
         /// The number of iterations.
         iterations: usize,
+        /// It takes each update for the velocities.
+        from_zero: bool,
     },
     /// Newton's method makes no iteration after the first step.
     Once,

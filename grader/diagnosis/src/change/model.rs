@@ -192,8 +192,8 @@ pub(super) struct Rules {
     pub(super) whole_change: [bool; 2],
     /// Whether the solution is taken for the new velocity, and whether of free particles alone.
     pub(super) whole: Option<bool>,
-    /// Whether Newton's method adds each update to the velocities of its start.
-    pub(super) restarted: bool,
+    /// Whether Newton's method adds each update to the velocities of its start, and whether to zero in their place.
+    pub(super) restarted: Option<bool>,
     /// Whether Newton's method makes no iteration after the first step.
     pub(super) once: bool,
     /// How Newton's method moves the positions of its last iteration on.
@@ -369,7 +369,7 @@ impl Model {
             unmoved: [false; 2],
             whole_change: [false; 2],
             whole: None,
-            restarted: false,
+            restarted: None,
             once: false,
             accumulated: None,
             seen_at: None,
@@ -669,8 +669,8 @@ impl Model {
                 rules.newton.iterations = MANY_ITERATIONS;
             }
             Rule::Whole { of_free } => rules.whole = Some(of_free),
-            Rule::Restarted { iterations } => {
-                (rules.restarted, rules.newton.iterations) = (true, iterations);
+            Rule::Restarted { iterations, from_zero } => {
+                (rules.restarted, rules.newton.iterations) = (Some(from_zero), iterations);
             }
             Rule::Accumulated { iterations, by } => {
                 (rules.accumulated, rules.newton.iterations) = (Some(by), iterations);

@@ -512,8 +512,12 @@ impl Model {
                 for (dof, (u, delta)) in u.iter_mut().zip(&delta).enumerate() {
                     let kept = match self.rules.whole.filter(|_| linearized) {
                         Some(of_free) if !(of_free && self.fixed[dof]) => 0.0,
-                        _ if self.rules.restarted && !linearized => old.velocities[dof],
-                        _ => *u,
+                        _ if linearized => *u,
+                        _ => match self.rules.restarted {
+                            Some(true) => 0.0,
+                            Some(false) => old.velocities[dof],
+                            None => *u,
+                        },
                     };
                     *u = kept + applied * delta;
                 }
@@ -1052,7 +1056,10 @@ impl Model {
         let is_one_solve = rules.slip.is_none()
             && rules.differences.is_none()
             && rules.iterations == 1
-            && !(rules.lost || rules.once || rules.restarted || rules.accumulated.is_some())
+            && !(rules.lost
+                || rules.once
+                || rules.restarted.is_some()
+                || rules.accumulated.is_some())
             && rules.forces_along.is_none()
             && !self.fixed_rules.hold.solution;
         // Before the first step, nothing is kept.

@@ -198,6 +198,9 @@ impl<'a> Search<'a> {
             let full = self.n_mistakes() >= self.limits.mistakes;
             let mut next = self.lacks(&made, false);
             if next.is_empty() {
+                next = self.of_linearized(&made);
+            }
+            if next.is_empty() {
                 next = self.round(&made);
             }
             if next.is_empty() {
@@ -224,6 +227,25 @@ impl<'a> Search<'a> {
         }
         self.mark_open();
         self.drop_all(Self::is_refuted);
+    }
+
+    /// What is wrong in a linearized method, in Newton's method as well, alone or with an end.
+    fn of_linearized(&self, made: &[Change]) -> Vec<Cause> {
+        let has_it =
+            |scene: &&Marked<'_>| scene.is_left() && !of_linearized(scene, made).is_empty();
+        let mut left: Vec<&Marked<'_>> = self.scenes.iter().filter(has_it).collect();
+        left.sort_by_key(|scene| scene.simplicity());
+        left.truncate(self.limits.tried);
+        let of_each = left.par_iter().map(|scene| with_matrices(scene, made));
+        let mut found: Vec<Vec<Change>> = Vec::new();
+        for changes in of_each.collect::<Vec<_>>().into_iter().flatten() {
+            let is_excluded = changes.iter().any(|change| self.excluded.contains(change));
+            if !is_excluded && !found.contains(&changes) {
+                found.push(changes);
+            }
+        }
+        let weighed = self.weigh_all(made, found);
+        self.choose(made, weighed)
     }
 
     /// The best change, or pair of changes, beside those made; none if nothing is proven.
@@ -341,11 +363,10 @@ impl<'a> Search<'a> {
                 continue;
             }
             let scene = self.scenes[number];
-            let twins = if pairs { of_linearized(&scene, made).len() } else { 0 };
             let model = Model::new(&scene.scene, made);
             let acts =
                 |change: &&Change| change.acts_in(&scene.scene) && model.is_changed_by(change);
-            let acting = twins + made.iter().filter(acts).count();
+            let acting = made.iter().filter(acts).count();
             let size = scene.scene.particles.len() * scene.scene.dimension.count();
             let cost = cost(scene.scene.integrator, size, pairs);
             let is_over = self.spent + cost > self.limits.ceiling;
@@ -364,8 +385,7 @@ impl<'a> Search<'a> {
                     found.into_iter().map(|change| vec![change]).collect()
                 }
                 true => {
-                    let mut found = with_matrices(&scene, made);
-                    found.extend(with_rules(&scene, made));
+                    let mut found = with_rules(&scene, made);
                     found.extend(pairs_of(&scene, made));
                     if found.is_empty() {
                         found = with_positions(&scene, made, &self.time_steps);

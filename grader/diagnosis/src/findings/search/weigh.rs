@@ -351,9 +351,13 @@ impl Search<'_> {
             .collect();
         let wrong = weighed.explained.len() - explained.len();
         let is_most = self.is_nearly_all(explained.len(), wrong);
-        // What acts in one scene alone has no second that could confirm it.
+        // What acts in one scene alone has no second that could confirm it. A slip of a solver has no effect on most matrices.
         let has_one_scene = |change: &Change| {
-            self.scenes.iter().filter(|s| change.must_act_in(&s.scene)).count() == 1
+            let is_of_solver = matches!(change.effect, Effect::Method(_, Rule::Solver(_)));
+            let shows = |scene: &&Marked<'_>| {
+                change.must_act_in(&scene.scene) && (scene.is_suspect() || !is_of_solver)
+            };
+            self.scenes.iter().filter(shows).count() == 1
         };
         let is_enough = match explained.len() {
             0 => false,

@@ -863,16 +863,16 @@ impl Model {
         let axes = self.dimension;
         let place = quantity.place();
         let most = model.n_coordinates(place, at.x.len(), axes);
-        let blocks =
-            model.evaluations[place].blocks.or_else(|| self.blocks_of_all(model, quantity));
+        let changes = self.block_changes(model, quantity);
         self.each_block(model, quantity, at, &mut |row, column, block| {
             let block = self.rules.blocks.map_or(*block, |axes| axes.of_matrix(*block));
-            let first = match blocks {
-                Some(Blocks::AtIndex { own }) if !own || row == column => [row, column],
-                Some(Blocks::RowAtIndex) => [row, column * axes],
-                Some(Blocks::ColumnAtIndex) => [row * axes, column],
-                _ => [row * axes, column * axes],
-            };
+            let first = changes.iter().flatten().find_map(|change| match change {
+                Blocks::AtIndex { own } if !own || row == column => Some([row, column]),
+                Blocks::RowAtIndex => Some([row, column * axes]),
+                Blocks::ColumnAtIndex => Some([row * axes, column]),
+                _ => None,
+            });
+            let first = first.unwrap_or([row * axes, column * axes]);
             for (a, b) in (0..axes).flat_map(|a| (0..axes).map(move |b| (a, b))) {
                 let (row, column, value) = (first[0] + a, first[1] + b, block[(a, b)]);
                 if row >= most {
@@ -1038,19 +1038,17 @@ impl Model {
             self.each_derived_block(model, quantity, [x, v], &mut put);
             return;
         }
+        let changes = self.block_changes(model, quantity);
         // The blocks of an element, row by row, changed.
         let mut put_all = |element: &Element, particles: &[usize], blocks: &mut [Matrix3<f64>]| {
             let m = particles.len();
-            let changed = evaluation.blocks.or_else(|| self.blocks_of_all(model, quantity));
-            if let Some(change) = changed {
-                change.change(m, blocks);
-            }
+            changes.iter().flatten().for_each(|change| change.change(m, blocks));
             if let (Some(Helper::Entries(of, axes)), 2) = (self.helper, m)
                 && of.contains(&quantity)
             {
                 blocks.iter_mut().for_each(|block| *block = axes.of_matrix(*block));
             }
-            let is_local = changed == Some(Blocks::LocalIndices);
+            let is_local = changes.contains(&Some(Blocks::LocalIndices));
             let particle = |place: usize| if is_local { place } else { particles[place] };
             for (place, block) in blocks.iter().enumerate() {
                 put(element, particle(place / m), particle(place % m), *block);
@@ -1089,13 +1087,14 @@ impl Model {
         }
     }
 
-    /// The blocks of the Jacobians of every force between two particles, changed.
-    fn blocks_of_all(&self, model: &TermModel, quantity: Quantity) -> Option<Blocks> {
+    /// How the blocks of a term's Jacobian are changed: by itself, and then as those of every force between two particles.
+    fn block_changes(&self, model: &TermModel, quantity: Quantity) -> [Option<Blocks>; 2] {
         let is_pair = || model.term.schema().stencil.size() == 2;
-        match self.helper {
+        let of_all = match self.helper {
             Some(Helper::Blocks(of, change)) if of.contains(&quantity) && is_pair() => Some(change),
             _ => None,
-        }
+        };
+        [model.evaluations[quantity.place()].blocks, of_all]
     }
 
     /// The blocks of the derivatives of a force's own formula.

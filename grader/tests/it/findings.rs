@@ -490,6 +490,18 @@ fn a_force_that_is_missing_in_some_scenes_alone_is_not_left_out() {
 }
 
 #[test]
+fn a_slip_in_the_blocks_of_one_force_does_not_undo_one_of_all_forces() {
+    let of_all = candidate("in all forces, each dF/dx lacks its block j i");
+    let of_one = candidate("dF/dx of gravitationalforce is transposed");
+    let suite = suite();
+    let is_it = |case: &&Case| case.id == "Gravitational/unequal-binary-linearized";
+    let scene = &suite.cases.iter().find(is_it).expect("a scene").scene;
+    let wrong = states(scene, std::slice::from_ref(&of_all));
+    assert_ne!(states(scene, &[]), wrong);
+    assert_eq!(states(scene, &[of_all, of_one]), wrong);
+}
+
+#[test]
 fn a_finding_on_fixed_particles_says_which_one_moves_and_how_far() {
     let suite = suite();
     for words in [

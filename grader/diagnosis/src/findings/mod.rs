@@ -312,7 +312,7 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
             let misplaced = each.find_map(|scene| scene.misplaced());
             let is_late = concerned.iter().all(|scene| scene.steps.is_right_first_alone());
             let late = "the first step of each is right and all later ones are wrong, as where something is \
-                        kept from the step before";
+                        kept from the step before, or does not show in the first state";
             let late = (is_late && !concerned.is_empty()).then(|| late.to_owned());
             let part = || concerned.first().and_then(|scene| scene.wrong_part());
             misplaced.or(late).or_else(part)

@@ -111,6 +111,10 @@ fn of_children(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
         Expression::Dot(a, b) => {
             below(a, &|new| Expression::Dot(Box::new(new), b.clone()));
             below(b, &|new| Expression::Dot(a.clone(), Box::new(new)));
+            // The vector may stand in the formula once more.
+            for edit in all.iter_mut().filter(|edit| edit.words.contains("component")) {
+                edit.words.push_str(&format!(" in {node}"));
+            }
         }
         Expression::Outer(a, b) => {
             below(a, &|new| Expression::Outer(Box::new(new), b.clone()));

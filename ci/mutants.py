@@ -33,6 +33,8 @@ PAIRS = "springforce|gravitationalforce|vortexforce|functions on vectors"
 BODIES = "simplegravity|constantforce|dragdamping"
 FIXED = "fixed particles"
 SYSTEM = f"{IMPLICIT}|Jacobians|{FIXED}"
+# What every force between two particles calls.
+BLOCKS = f"{SYSTEM}|functions on vectors"
 
 # Of each program: its grammar, how it is built, what it lacks, and which features a change changes: from the first line with
 # the words on, to the next entry. `None`: changes there may show as anything, or nowhere.
@@ -48,7 +50,7 @@ LANGUAGES = {
             ("} else if (e.kind == GRAVITATION) {", PAIRS),
             ("Real s = e.p[0] * mass", "gravitationalforce"),
             ("// The hand-out's direction goes", "vortexforce"),
-            ("static void add(", SYSTEM),
+            ("static void add(", BLOCKS),
             ("static void evaluate(", f"{PAIRS}|reading|integrator"),
             ("for (int p = 0; p < n; p++) {", f"{BODIES}|masses"),
             ("static void lu(", SYSTEM),
@@ -66,7 +68,7 @@ LANGUAGES = {
         ["gcc", "-O1", "-w", "-o", "program", "student.c", "-lm"],
         "constantforce|vortexforce|integrator (explicit|implicit)-euler",
         [
-            ("static void couple(", SYSTEM),
+            ("static void couple(", BLOCKS),
             ("static void forces(", f"{PAIRS}|{BODIES}|reading|integrator"),
             ("double k = link[e].a", "springforce"),
             ("    } else {", "gravitationalforce"),

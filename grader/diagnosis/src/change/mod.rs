@@ -30,6 +30,7 @@ mod round_steps;
 pub mod rounds;
 mod setting;
 mod step;
+mod work;
 
 use std::fmt;
 use std::sync::Arc;
@@ -49,6 +50,7 @@ use reference::method::OnePoint;
 pub use rounds::Task;
 use rounds::{RoundsRule, is_of_rounds};
 pub use step::{Contributions, Iterate, Residual, Stepped};
+pub use work::Work;
 
 /// A force, or a part of one that stands alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -16,6 +16,7 @@ use super::forms::{self, Forms};
 use super::gate::{Gate, Measure, Measured};
 use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
+use super::work::{Work, cost};
 use super::{
     Accumulated, Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor,
     FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton, Norm, Numbers,
@@ -275,6 +276,8 @@ pub struct Model {
     helper: Option<Helper>,
     /// The number of the last step, and its own model, where it has another size.
     last: Option<(u64, Box<Self>)>,
+    /// Where its work is counted.
+    pub(super) work: Work,
 }
 
 const SHORT_LAST_STEP: Effect = Effect::Scene(SceneRule::ShortLastStep);
@@ -319,13 +322,19 @@ impl Place {
 impl Model {
     /// The steps of `scene` with these changes.
     pub fn new(scene: &Scene, changes: &[Change]) -> Self {
+        Self::counted(scene, changes, &Work::default())
+    }
+
+    /// The same, whose work is counted there.
+    pub fn counted(scene: &Scene, changes: &[Change], work: &Work) -> Self {
+        work.add(cost::MODEL);
         let last = changes.iter().position(|change| change.effect == SHORT_LAST_STEP);
         let last = last.filter(|_| !scene.is_divided()).map(|place| {
             let (before, after) = (&changes[..place], &changes[place + 1..]);
             let number = scene.n_steps() - 1;
             let mut rest = scene.clone();
             rest.time_step = scene.duration - number as f64 * scene.time_step;
-            (number, Box::new(Self::new(&rest, &[before, after].concat())))
+            (number, Box::new(Self::counted(&rest, &[before, after].concat(), work)))
         });
         let mut scene = scene.clone();
         for change in changes {
@@ -418,6 +427,7 @@ impl Model {
             fixed_rules,
             helper: None,
             last,
+            work: work.clone(),
             scene,
         };
         if mass_list.is_some() {
@@ -531,6 +541,11 @@ impl Model {
             positions: all(|particle| &particle.position),
             velocities: all(|particle| &particle.velocity),
         }
+    }
+
+    /// Whether more work is counted than is allowed.
+    pub fn is_over(&self) -> bool {
+        self.work.is_over()
     }
 
     /// Number of axes.
@@ -906,6 +921,7 @@ impl Model {
 
     fn add_force(&self, model: &TermModel, at: &Point, sum: &mut [f64]) {
         let evaluation = &model.evaluations[0];
+        self.work.add(cost::FORCE * self.n_evaluations(model, Quantity::Force));
         let [x, v] = &at.read(evaluation.start, &self.fixed, self.dimension);
         let most = model.n_coordinates(0, sum.len(), self.dimension);
         let factor = |particle: usize| {
@@ -1010,6 +1026,8 @@ impl Model {
         add: &mut impl FnMut(usize, usize, &Matrix3<f64>),
     ) {
         let place = usize::from(quantity == Quantity::ByVelocity);
+        let each = if model.derived { cost::DERIVATIVES } else { cost::JACOBIAN };
+        self.work.add(each * self.n_evaluations(model, quantity));
         let evaluation = &model.evaluations[1 + place];
         let [x, v] = &at.read(evaluation.start, &self.fixed, self.dimension);
         let factor =
@@ -1085,6 +1103,13 @@ impl Model {
                 put_all(element, &[particle], &mut [of([particle; 2])]);
             }
         }
+    }
+
+    /// How often a term's formula is evaluated.
+    fn n_evaluations(&self, model: &TermModel, quantity: Quantity) -> usize {
+        let on_all = |element: &Element| element.particles.is_empty();
+        let of = |element| if on_all(element) { self.scene.particles.len() } else { 1 };
+        model.elements_of(quantity).iter().map(of).sum()
     }
 
     /// How the blocks of a term's Jacobian are changed: by itself, and then as those of every force between two particles.

@@ -11,6 +11,7 @@ use super::Particles;
 use super::expression::Inputs;
 use super::model::{Model, Point};
 use super::rounds::{Count, ELASTIC, Held, Rounds, Summand, is_elastic, local};
+use super::work::cost;
 
 /// A row of `A`.
 struct Spring {
@@ -156,6 +157,7 @@ impl Model {
         let mut p: Vec<Vector3<f64>> = (0..n).map(of_start).collect();
         let tolerance = self.scene.integrator_options.number("tolerance");
         for _ in 0..self.n_rounds(rounds) {
+            self.work.add(cost::FORCE * springs.len() + cost::ENTRY * n * n);
             let left = self.left(rounds, &springs, &right, (&before, &p));
             let change = system.solve(&left)?;
             for (i, p) in p.iter_mut().enumerate() {

@@ -16,6 +16,7 @@ use scene::trace::State;
 use super::gate::Measure;
 use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
+use super::work::cost;
 use super::{
     Accumulated, Change, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Stale, Start, Term,
     Unknowns,
@@ -618,6 +619,7 @@ impl Model {
         self.gate(&at, &mut force);
         self.copy_forces(&mut force);
         let size = u.len();
+        self.work.add(cost::ENTRY * size * size);
         let jacobian = |quantity: Quantity| {
             let at = self.jacobian_point(quantity, time, earlier, old, u);
             let none = || DMatrix::zeros(size, size);
@@ -982,6 +984,7 @@ impl Model {
         if quantity != Quantity::Force && !linearized {
             return vec![0.0; self.mass.len()];
         }
+        self.work.add(cost::COORDINATE * self.mass.len());
         let read = self.taken_for(quantity);
         let Some(mut at) = self.evaluated_at(read, sample) else {
             return vec![0.0; self.mass.len()];

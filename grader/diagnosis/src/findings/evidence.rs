@@ -12,7 +12,7 @@
 use std::collections::BTreeSet;
 use std::ops::Deref;
 
-use crate::change::{Change, Memory, Model, Place, Residual};
+use crate::change::{Change, Memory, Model, Place, Residual, Work};
 use scene::schema::Convergence;
 use scene::trace::State;
 use scene::{Rendering, Scene};
@@ -48,6 +48,8 @@ pub(super) struct SceneEvidence<'a> {
     pub(super) rounding: f64,
     /// The numbers that judge it.
     pub(super) limits: &'a Thresholds,
+    /// What the search computed with it.
+    pub(super) work: Work,
 }
 
 /// Wrong steps of a scene that tell changes apart.
@@ -91,6 +93,7 @@ impl<'a> SceneEvidence<'a> {
             evidence: Vec::new(),
             rounding: 0.0,
             limits,
+            work: Work::default(),
         };
         if states.len() < 2 {
             return scene;
@@ -123,7 +126,13 @@ impl<'a> SceneEvidence<'a> {
             evidence,
             rounding: Rounding::of(judged.states).unit(),
             limits,
+            work: Work::default(),
         }
+    }
+
+    /// The steps of the scene with these changes.
+    pub(super) fn model(&self, changes: &[Change]) -> Model {
+        Model::counted(&self.scene, changes, &self.work)
     }
 
     /// Whether Newton's method solves its steps.
@@ -241,7 +250,7 @@ impl<'a> SceneEvidence<'a> {
 
     /// Replays the whole scene with these changes.
     pub(super) fn replay(&self, changes: &[Change]) -> Agreement {
-        let model = Model::new(&self.scene, changes);
+        let model = self.model(changes);
         if !model.can_step() {
             return Agreement::Open;
         }
@@ -287,7 +296,7 @@ impl<'a> SceneEvidence<'a> {
 
     /// What the wrong steps show, with the changes made.
     pub(super) fn failing(&self, made: &[Change]) -> Failing<'_> {
-        let model = Model::new(&self.scene, made);
+        let model = self.model(made);
         let axes = self.scene.dimension.count();
         let is_of_fixed = |change: &Change| {
             matches!(change.place, Place::Fixed(_) | Place::FixedUnder(_))
@@ -360,7 +369,7 @@ impl<'a> SceneEvidence<'a> {
 
     /// What part of the equation of the first wrong step is off, in words, if the rest is right.
     pub(super) fn wrong_part(&self) -> Option<String> {
-        let model = Model::new(&self.scene, &[]);
+        let model = self.model(&[]);
         let axes = self.scene.dimension.count();
         let Evidence { sample, noise: [_, v], .. } =
             self.evidence.iter().find(|evidence| evidence.is_wrong())?;

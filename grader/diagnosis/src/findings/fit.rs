@@ -44,7 +44,7 @@ pub(super) fn of_rules(
             let with = |numbers: &[f64]| {
                 let mut all = made.to_vec();
                 all.extend(family.with(name, method, numbers));
-                Model::new(inner, &all)
+                scene.model(&all)
             };
             let numbers = affine(&with, &right, samples, family.moves())?;
             family.with(name, method, &numbers)
@@ -129,7 +129,7 @@ fn affine(
 /// Those of these changes whose ends of Newton's method are all the ends of the scene's sampled steps: iterates are the same
 /// whatever ends them. None where the right end is: a method that converges slowly is near its end before.
 pub(super) fn ends(scene: &SceneEvidence<'_>, made: &[Change], all: Vec<Change>) -> Vec<Change> {
-    let model = Model::new(&scene.scene, made);
+    let model = scene.model(made);
     let newton = |change: &Change| match change.effect {
         Effect::Method(_, Rule::Newton(newton)) => Some(newton),
         _ => None,
@@ -188,7 +188,7 @@ pub(super) fn between(
     let residuals = |part: f64| -> Option<Vec<f64>> {
         let mut all = made.to_vec();
         all.push(candidates::forces_at(name, part, is_implicit));
-        let model = Model::new(inner, &all);
+        let model = scene.model(&all);
         let of = |evidence: &&Evidence| {
             let residual = model.residual(&evidence.sample)?;
             let bound = samples.limits.left * evidence.noise[1] * residual.stiffness;

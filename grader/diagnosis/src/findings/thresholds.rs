@@ -68,8 +68,9 @@ thresholds! {
     replayed: usize = 12,
     /// Scenes that passed and that are replayed with a change. One that differs refutes it.
     passed: usize = 12,
-    /// Processor time of a search, in estimated milliseconds: an estimate, so that the same traces have the same findings
-    /// on every machine. What is found by then is what is said. Without it, pairs of changes in a net of 25 particles take 12 s.
+    /// Processor time of a search in milliseconds, counted by what it computes and not timed, so that the same traces have the
+    /// same findings on every machine. What is found by then is what is said. Without it, two mistakes that are not found
+    /// take up to 34 s.
     ceiling: u64 = 8_000,
     /// Mistakes: changes other than features that are left out. More are found in the same traces by chance.
     mistakes: usize = 4,

@@ -132,7 +132,7 @@ pub(super) fn of_scene(
     limits: &Thresholds,
 ) -> Vec<Change> {
     let scene = &scenes[number];
-    let model = Model::new(&scene.scene, made);
+    let model = scene.model(made);
     let samples = scene.clear_samples(&model);
     let Some(base) = Base::of(&model, &samples) else { return Vec::new() };
     let parts: Vec<Term> = (0..model.n_terms()).map(|number| model.term(number)).collect();
@@ -214,7 +214,7 @@ fn number(rule: &Rule, scenes: &[Marked<'_>], made: &[Change]) -> Option<f64> {
     };
     let concerned: Vec<&Marked<'_>> = scenes.iter().filter(has_it).collect();
     let of_each = concerned.par_iter().filter_map(|scene| {
-        let model = Model::new(&scene.scene, made);
+        let model = scene.model(made);
         let samples = scene.all_samples();
         // What makes its steps need not solve its equation, where Newton's method ends early.
         let base =

@@ -22,7 +22,7 @@ pub(super) fn survivors(
     time_steps: &[f64],
 ) -> Vec<Change> {
     let inner = &scene.scene;
-    let model = Model::new(inner, made);
+    let model = scene.model(made);
     if !scene.has_clear_sample() {
         return Vec::new();
     }
@@ -53,10 +53,7 @@ pub(super) fn survivors(
     whole.extend(fit::ends(scene, made, ends));
     whole.extend(round_changes::of_rounds(inner));
     whole.extend(fit::of_rules(scene, made, &samples, |_| true));
-    let makes = |change: &Change| {
-        let all: Vec<Change> = made.iter().chain([change]).cloned().collect();
-        scene.agrees_with(&Model::new(inner, &all), usize::MAX) == Agreement::Agrees
-    };
+    let makes = |change: &Change| makes(scene, made, change);
     let by_steps = whole.par_iter().filter(|change| makes(change));
     let by_steps: Vec<Change> = by_steps.cloned().collect();
     found.extend(by_steps);
@@ -78,6 +75,12 @@ pub(super) fn survivors(
     found
 }
 
+/// Whether a change makes the sampled steps beside those made; not so once the work is over its limit.
+fn makes(scene: &SceneEvidence<'_>, made: &[Change], change: &Change) -> bool {
+    let all = [made, std::slice::from_ref(change)].concat();
+    !scene.work.is_over() && scene.agrees_with(&scene.model(&all), usize::MAX) == Agreement::Agrees
+}
+
 /// Whether the number of a change is that of one scene, a power of its time step, or next to nothing: a change without a
 /// number says the same of all scenes, if that is the mistake.
 fn is_accidental(change: &Change, time_step: f64, limits: &Thresholds) -> bool {
@@ -91,7 +94,7 @@ fn is_accidental(change: &Change, time_step: f64, limits: &Thresholds) -> bool {
 
 /// A change of the integrator's rules, or of fixed particles, with one of a term.
 pub(super) fn with_rules(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
-    let samples = scene.clear_samples(&Model::new(&scene.scene, made));
+    let samples = scene.clear_samples(&scene.model(made));
     with_each(&rules_of(scene, made, &samples), scene, made, &samples)
 }
 
@@ -106,9 +109,8 @@ fn rules_of(scene: &SceneEvidence<'_>, made: &[Change], samples: &Samples<'_>) -
 /// Of positions or fixed particles that are wrong in a scene, the rules with which they are right: another change can be
 /// looked for beside these alone.
 pub(super) fn setting_right(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
-    let samples = scene.clear_samples(&Model::new(&scene.scene, made));
-    let is_right =
-        |changes: &[Change]| Base::of(&Model::new(&scene.scene, changes), &samples).is_some();
+    let samples = scene.clear_samples(&scene.model(made));
+    let is_right = |changes: &[Change]| Base::of(&scene.model(changes), &samples).is_some();
     if samples.is_empty() || is_right(made) {
         return Vec::new();
     }
@@ -126,7 +128,7 @@ pub(super) fn with_reading(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Ve
     }
     let mut rules = candidates::of_helpers(inner);
     rules.extend(candidates::of_reading(inner, &[]));
-    with_each(&rules, scene, made, &scene.clear_samples(&Model::new(inner, made)))
+    with_each(&rules, scene, made, &scene.clear_samples(&scene.model(made)))
 }
 
 /// Each of these changes with one of a term; the most usual first.
@@ -139,7 +141,7 @@ fn with_each(
     let inner = &scene.scene;
     let of = |rule: &Change| -> Vec<Vec<Change>> {
         let with: Vec<Change> = made.iter().chain([rule]).cloned().collect();
-        let model = Model::new(inner, &with);
+        let model = scene.model(&with);
         let found = in_terms(&model, inner.integrator.name, samples).into_iter();
         found.map(|change| vec![rule.clone(), change]).collect()
     };
@@ -154,9 +156,9 @@ pub(super) fn with_positions(
     made: &[Change],
     time_steps: &[f64],
 ) -> Vec<Vec<Change>> {
-    let samples = scene.clear_samples(&Model::new(&scene.scene, made));
+    let samples = scene.clear_samples(&scene.model(made));
     let is_on_rule = |changes: &[Change]| {
-        let model = Model::new(&scene.scene, changes);
+        let model = scene.model(changes);
         samples.iter().all(|evidence| {
             let residual = model.residual(&evidence.sample);
             residual.is_some_and(|residual| {
@@ -205,7 +207,7 @@ pub(super) fn with_matrices(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<V
     let mut all = Vec::new();
     for twin in of_linearized(scene, made) {
         let beside = [made, std::slice::from_ref(&twin)].concat();
-        let model = Model::new(&scene.scene, &beside);
+        let model = scene.model(&beside);
         if scene.agrees_with(&model, usize::MAX) == Agreement::Agrees {
             all.push(vec![twin]);
             continue;
@@ -298,6 +300,9 @@ impl<'a> Base<'a> {
 
     /// What a change adds to the residual of the sample of this number.
     fn effect(&self, change: &Change, number: usize) -> Option<Vec<f64>> {
+        if self.model.is_over() {
+            return None;
+        }
         let (sample, parts) = (&self.samples[number].sample, &self.parts[number]);
         self.model.effect(change, sample, parts).map(|(_, effect)| effect)
     }
@@ -407,23 +412,19 @@ fn in_jacobians_of_newton(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Cha
     {
         return Vec::new();
     }
-    let model = Model::new(inner, made);
+    let model = scene.model(made);
     let terms = (0..model.n_terms()).map(|number| model.term(number));
     let all: Vec<&Change> = terms
         .flat_map(candidates::of_term)
         .filter(|change| matches!(change.place, Place::Jacobian(_)) && change.rank < 2)
         .collect();
-    let fits = all.into_par_iter().filter(|change| {
-        let all: Vec<Change> = made.iter().chain([*change]).cloned().collect();
-        scene.agrees_with(&Model::new(inner, &all), usize::MAX) == Agreement::Agrees
-    });
+    let fits = all.into_par_iter().filter(|change| makes(scene, made, change));
     fits.cloned().collect()
 }
 
 /// Pairs of changes of different values that together cancel the residual.
 pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
-    let inner = &scene.scene;
-    let model = Model::new(inner, made);
+    let model = scene.model(made);
     let samples = scene.clear_samples(&model);
     let Some(base) = Base::of(&model, &samples) else { return Vec::new() };
     let all: Vec<&Change> = (0..model.n_terms())

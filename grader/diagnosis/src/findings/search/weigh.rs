@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use crate::change::candidates;
 use crate::change::rounds;
-use crate::change::{Change, Effect, Model, Place, Quantity, Rule, SceneRule, Task, Term};
+use crate::change::{Change, Effect, Place, Quantity, Rule, SceneRule, Task, Term};
 use rayon::prelude::*;
 use reference::method::Method;
 use scene::Scene;
@@ -392,7 +392,7 @@ impl Search<'_> {
             false => (1, usize::MAX),
         };
         for (number, scene) in concerned.into_iter().step_by(stride) {
-            let model = Model::new(&scene.scene, &all);
+            let model = scene.model(&all);
             if !model.can_step()
                 || !weighed.changes.iter().any(|change| model.is_changed_by(change))
             {

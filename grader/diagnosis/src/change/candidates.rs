@@ -17,7 +17,7 @@ use super::expression::{Expression, Function, Leaf};
 use super::forms::Forms;
 use super::gate::Gate;
 use super::helper::{self, Helper};
-use super::model::{HELD, NEWTON, forms_of};
+use super::model::{HELD, MANY_ITERATIONS, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
     Accumulated, Axes, Beyond, Blocks, Carried, Change, Cleared, Coordinates, Effect, Ends,
@@ -1368,27 +1368,25 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
                 all.push(change(Rule::Unbalanced { right, sign, iterations }, 2, words));
             }
         }
-        for iterations in [10, 20, 50, 100] {
-            let words = format!(
-                "Newton's method adds each update to the velocities of its start, and ends after {iterations} iterations"
-            );
+        for (iterations, end) in ends_after(&[10, 20, 50, 100]) {
+            let words =
+                format!("Newton's method adds each update to the velocities of its start{end}");
             let from_zero = false;
             all.push(change(Rule::Restarted { iterations, from_zero }, 2, words));
             let words = format!(
-                "Newton's method takes each update for the velocities, not for their change, and ends after {iterations} iterations"
+                "Newton's method takes each update for the velocities, not for their change{end}"
             );
             let from_zero = true;
             all.push(change(Rule::Restarted { iterations, from_zero }, 2, words));
-            let words = format!(
-                "Newton's method moves positions on in every iteration, not from x, and ends after {iterations} iterations"
-            );
+            let words =
+                format!("Newton's method moves positions on in every iteration, not from x{end}");
             let by = Accumulated::Before;
             all.push(change(Rule::Accumulated { iterations, by }, 2, words));
             for (by, from) in
                 [(Accumulated::After, ""), (Accumulated::FromBefore, " from x + h v on")]
             {
                 let words = format!(
-                    "Newton's method moves the particles by h u in every iteration{from}, not once at its end, and ends after {iterations} iterations"
+                    "Newton's method moves the particles by h u in every iteration{from}, not once at its end{end}"
                 );
                 all.push(change(Rule::Accumulated { iterations, by }, 2, words));
             }
@@ -1458,6 +1456,13 @@ pub fn of_newton(name: &'static str, change: &Change) -> Option<Change> {
     (is_of_matrix && name != linearized).then(|| of_method(name, rule, &words, change.rank))
 }
 
+/// Iterations of Newton's method, and how it ends in words: where it ends by itself, steps show no limit.
+fn ends_after(limits: &[usize]) -> impl Iterator<Item = (usize, String)> + '_ {
+    let by_limit =
+        limits.iter().map(|limit| (*limit, format!(", and ends after {limit} iterations")));
+    std::iter::once((MANY_ITERATIONS, String::new())).chain(by_limit)
+}
+
 /// Where Newton's method may start and end.
 fn newton_ends() -> Vec<(Newton, u8, String)> {
     let mut all = Vec::new();
@@ -1521,9 +1526,9 @@ fn newton_ends() -> Vec<(Newton, u8, String)> {
     ] {
         let newton = Newton { guess, relaxation, ..NEWTON };
         all.push((newton, rank, words.to_owned()));
-        for iterations in (1..LIMITS[0]).chain(LIMITS) {
-            let words = format!("{words} and ends after {iterations}");
-            all.push((Newton { iterations, ..newton }, rank, words));
+        let limits: Vec<usize> = (1..LIMITS[0]).chain(LIMITS).collect();
+        for (iterations, end) in ends_after(&limits) {
+            all.push((Newton { iterations, ..newton }, rank, format!("{words}{end}")));
         }
     }
     all
@@ -1728,15 +1733,25 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     let solved = Hold { rows: false, columns: false, right: false, solution: true, ..HELD };
     let words = "implicit methods solve for fixed particles as for free ones, and drop their part of the solution";
     add(Some(true), rule(FixedRule::Hold(solved)), 1, words);
-    if scene.particles.iter().skip_while(|one| one.fixed).any(|one| one.fixed) {
-        for (rows, columns, what) in
-            [(true, true, "rows and columns"), (true, false, "rows"), (false, true, "columns")]
-        {
-            let hold = Hold { rows, columns, leading: true, ..HELD };
-            let words = format!(
-                "implicit methods clear {what} of the fixed particles before the first free one only"
-            );
-            add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
+    let has_late = scene.particles.iter().skip_while(|one| one.fixed).any(|one| one.fixed);
+    let has_several = scene.particles.iter().filter(|one| one.fixed).count() > 1;
+    for (which, name, is_there) in [
+        (StillFixed::Leading, "fixed particles before the first free one", has_late),
+        (StillFixed::First, "first of several fixed particles", has_several),
+        (StillFixed::Last, "last of several fixed particles", has_several),
+    ] {
+        let parts =
+            [(true, true, "rows and columns"), (true, false, "rows"), (false, true, "columns")];
+        for (rows, columns, what) in parts.into_iter().filter(|_| is_there) {
+            for (right, unforced, end) in
+                [(true, false, ""), (false, true, ", and clear the forces on all")]
+            {
+                let which = Some(which);
+                let hold = Hold { rows, columns, right, unforced, which, ..HELD };
+                let words = format!("implicit methods clear {what} of the {name} only{end}");
+                let change = rule(FixedRule::Hold(hold));
+                add(Some(true), change, 2, &words);
+            }
         }
     }
     let between = Hold { between: true, ..HELD };

@@ -1,7 +1,8 @@
 //! Every formula that differs from a given one by one operation on one of its nodes.
 //!
 //! ```text
-//! sum        a term is left out, has the other sign, counts twice or half, or is subtracted and stands alone
+//! sum        a term is left out, has the other sign, counts twice or half, or is subtracted and stands alone; the number
+//!            before a term stands before the sum
 //! product    a factor is left out, or two parameters or masses; one is added: a parameter, a mass, l, h, or its inverse;
 //!            a projection is left out, or the one across; the sum, the mean or the integer part of the product of two
 //!            masses; the parentheses around a sum are missing
@@ -300,6 +301,19 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                         Expression::Product(vec![Expression::Number(factor), term.clone()]);
                     let words = format!("has {} {often}", bare(term));
                     all.push(Edit::new(with(scaled), words, 2));
+                }
+            }
+            // A number before a term is put before the sum.
+            for (place, term) in terms.iter().enumerate() {
+                let Expression::Product(factors) = term else { continue };
+                let Some(Expression::Number(number)) = factors.first() else { continue };
+                if number.abs() != 1.0 {
+                    let sign = Expression::Number(number.signum());
+                    let plain = Expression::Product(replaced(factors, 0, sign));
+                    let sum = Expression::Sum(replaced(terms, place, plain));
+                    let new = Expression::Product(vec![Expression::Number(number.abs()), sum]);
+                    let words = instead(&new);
+                    all.push(Edit::new(new, words, 2));
                 }
             }
             if let [a, b] = terms.as_slice() {

@@ -1147,8 +1147,8 @@ pub struct Hold {
     pub unit: bool,
     /// Whether only blocks between two fixed particles are cleared.
     pub between: bool,
-    /// Whether rows and columns are those of the fixed particles before the first free one.
-    pub leading: bool,
+    /// The fixed particles whose rows and columns these are; `None`: all.
+    pub which: Option<StillFixed>,
     /// Whether their part of the solution is cleared.
     pub solution: bool,
     /// Whether no force acts on them.
@@ -1311,6 +1311,20 @@ pub enum StillFixed {
     NotParticleFirst,
     /// Those other than the last particle of the scene.
     NotParticleLast,
+}
+
+impl StillFixed {
+    /// Whether the fixed particle of this number is one of them.
+    fn includes(self, number: usize, particles: &[scene::Particle]) -> bool {
+        let fixed = |particle: &scene::Particle| particle.fixed;
+        match self {
+            Self::First => particles.iter().position(fixed) == Some(number),
+            Self::Last => particles.iter().rposition(fixed) == Some(number),
+            Self::Leading => particles[..number].iter().all(fixed),
+            Self::NotParticleFirst => number != 0,
+            Self::NotParticleLast => number + 1 != particles.len(),
+        }
+    }
 }
 
 /// A scene read wrongly.

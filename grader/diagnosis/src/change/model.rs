@@ -21,7 +21,7 @@ use super::{
     Accumulated, Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor,
     FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton, Norm, Numbers,
     Order, Particles, Place, Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Stale,
-    Start, StillFixed, Term, Unknowns, Which,
+    Start, Term, Unknowns, Which,
 };
 use reference::laws::Laws;
 use reference::method::{Method, OnePoint};
@@ -41,7 +41,7 @@ pub(super) fn forms_of(term: Term) -> Option<&'static Forms> {
 pub(super) const MAX_ITERATIONS: usize = 20;
 
 /// The largest number of iterations with a wrong matrix.
-const MANY_ITERATIONS: usize = 200;
+pub(super) const MANY_ITERATIONS: usize = 200;
 
 /// A step of a trace: the states before and after it.
 #[derive(Debug, Clone)]
@@ -302,7 +302,7 @@ pub(super) const HELD: Hold = Hold {
     massless: false,
     unit: false,
     between: false,
-    leading: false,
+    which: None,
     solution: false,
     unforced: false,
 };
@@ -2080,19 +2080,9 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         | SceneRule::Scattered(_)
         | SceneRule::AssignedOwn(..) => {}
         SceneRule::StillFixed(which) => {
-            let fixed = |particle: &scene::Particle| particle.fixed;
-            let [first, last] =
-                [scene.particles.iter().position(fixed), scene.particles.iter().rposition(fixed)];
-            let first_free = scene.particles.iter().position(|particle| !particle.fixed);
-            let end = scene.particles.len() - 1;
+            let before = scene.particles.clone();
             for (number, particle) in scene.particles.iter_mut().enumerate() {
-                particle.fixed &= match which {
-                    StillFixed::Leading => first_free.is_none_or(|free| number < free),
-                    StillFixed::First => Some(number) == first,
-                    StillFixed::Last => Some(number) == last,
-                    StillFixed::NotParticleFirst => number != 0,
-                    StillFixed::NotParticleLast => number != end,
-                };
+                particle.fixed &= which.includes(number, &before);
             }
         }
         SceneRule::Heavy { mass, is_free } => {

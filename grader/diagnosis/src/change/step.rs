@@ -768,7 +768,8 @@ impl Model {
                 }
                 continue;
             }
-            let is_left = hold.leading && self.scene.particles[..particle].iter().any(|p| !p.fixed);
+            let particles = &self.scene.particles;
+            let is_left = hold.which.is_some_and(|which| !which.includes(particle, particles));
             for dof in of(particle, hold.unknowns).filter(|_| !is_left) {
                 if rows {
                     matrix.row_mut(dof).fill(0.0);

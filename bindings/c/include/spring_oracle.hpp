@@ -36,7 +36,7 @@ struct Options {
 struct Report : so_report {
     bool correct() const { return verdict == SO_CORRECT; }
     bool wrong() const { return verdict == SO_WRONG; }
-    /// What the error looks like; empty if nothing is wrong.
+    /// The pattern of the error; empty if nothing is wrong.
     std::string looks() const { return likeness; }
 };
 

@@ -182,7 +182,7 @@ impl Subject for InPython {
     }
 }
 
-/// What a callback is given: a `SimpleNamespace`.
+/// The argument of a callback: a `SimpleNamespace`.
 fn given(
     py: Python<'_>,
     scene: &Scene,
@@ -396,7 +396,7 @@ fn state<'py>(py: Python<'py>, at: &CheckState) -> PyResult<Bound<'py, PyDict>> 
     Ok(of)
 }
 
-/// What the wrong entries of a Jacobian look like at a state.
+/// The pattern of the wrong entries of a Jacobian at a state.
 fn likeness(callbacks: &Callbacks, at: &CheckState, by: By) -> Option<Likeness> {
     let subject = InPython::new(callbacks, &at.scene);
     let (x, v, time) = (at.positions(), at.velocities(), at.time);

@@ -1,6 +1,6 @@
 //! Scenes and their simulation, with states as arrays.
 //!
-//! Shapes: positions and velocities of a scene are n × D, those of a trace (steps + 1) × n × D. What is added to a scene is read
+//! Shapes: positions and velocities of a scene are n × D, those of a trace (steps + 1) × n × D. Additions to a scene are read
 //! by the parser of scene files: messages and limits are those of files.
 
 use std::fmt::Write as _;

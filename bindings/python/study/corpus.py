@@ -576,7 +576,7 @@ def oscillating(k):
 
 
 def polynomial_tail(k):
-    """A huge constant beside a small slope: few digits are left for the derivative."""
+    """A huge constant with a small slope: few digits are left for the derivative."""
     large = 10.0 ** (2 + k)
     return Function(
         f"constant {large:.0e}", lambda x: large + np.array([x[0] * x[1], x[0] - x[1]]),

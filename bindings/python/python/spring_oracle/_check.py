@@ -19,7 +19,7 @@ class Report:
     reason: str | None
     """Why it is inconclusive."""
     likeness: str | None
-    """What the error looks like."""
+    """The pattern of the error."""
     on_branch: bool
     """Whether it is wrong at some states and right at others."""
     wrong: list[tuple[int, int]]

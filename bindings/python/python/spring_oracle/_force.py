@@ -41,7 +41,7 @@ class ForceReport:
 
     @property
     def likeness(self) -> str | None:
-        """What the first wrong block looks like."""
+        """The pattern of the first wrong block."""
         return next((of["likeness"] for of in self.blocks if of.get("likeness")), None)
 
     @property

@@ -1,6 +1,6 @@
 """Grading by the program `grade`, run as a subprocess.
 
-Not by a library: the sandbox forks, starts and confines programs, which is safe in a process with one thread of its own, and not
+Not by a library: the sandbox forks, starts and confines programs, which is safe in a separate process with one thread, and not
 within an interpreter. The report is the program's own, as JSON.
 """
 
@@ -24,7 +24,7 @@ class GradeError(RuntimeError):
 
 def _program(grade: str | os.PathLike | None) -> str:
     given = grade or os.environ.get("SPRING_ORACLE_GRADE")
-    # A wheel may bring the program, beside the interpreter.
+    # A wheel may bring the program, in the interpreter's folder.
     found = shutil.which(os.fspath(given or "grade")) or (None if given else shutil.which("grade", path=os.path.dirname(sys.executable)))
     if found is None:
         where = f"{given} is not a program" if given else "the program grade is not on the PATH"
@@ -59,7 +59,7 @@ class GradeReport:
 
     @property
     def findings(self) -> list[dict[str, Any]]:
-        """What is wrong and why, in the order in which to read it: kind, message, evidence, scenes."""
+        """The findings, in the order in which to read them: kind, message, evidence, scenes."""
         return self.data["findings"]
 
     @property

@@ -60,7 +60,7 @@ def check_order(step: Callable, y0, t_end: float = 1.0, *, exact=None, first: fl
 
 @dataclass(frozen=True)
 class StabilityReport:
-    """The longest stable step of a method on the oscillator `x'' = −x − 2 ζ x'`, beside that of an integrator. It is true if they agree."""
+    """The longest stable step of a method on the oscillator `x'' = −x − 2 ζ x'`, and that of an integrator. It is true if they agree."""
 
     limit: float
     """The longest step up to which no solution grows; infinite if none was found."""

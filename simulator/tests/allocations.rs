@@ -1,4 +1,4 @@
-//! Steps allocate nothing after the first few. A process of its own: threads of other tests keep garbage of the thread pool
+//! Steps allocate nothing after the first few. A separate process: threads of other tests keep garbage of the thread pool
 //! alive, for which it then allocates.
 
 use std::sync::Mutex;

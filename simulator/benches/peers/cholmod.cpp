@@ -138,7 +138,7 @@ cholmod_factor* analyse(cholmod_sparse* matrix, bool supernodal, cholmod_common*
     return cholmod_analyze(matrix, common);
 }
 
-/// What is printed of a run.
+/// The printed results of a run.
 struct Result {
     /// Seconds of all steps.
     double time = 0;

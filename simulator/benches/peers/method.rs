@@ -26,7 +26,7 @@ pub(crate) struct Method {
     pub(crate) targets: &'static [(usize, f64)],
 }
 
-/// What is stepped; its elements are counted by segments a side.
+/// The simulated body; its elements are counted by segments a side.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Body {
     /// The square net of springs.

@@ -8,7 +8,7 @@ The matrix is assembled by numpy, in the rows of its upper triangle. The time pr
 alone: one analysis of the pattern, then a factorisation and a solution a step, without the assembly.
 
 A matrix that a compressed spring makes indefinite has no Cholesky factor. Such a step takes the LDL^T of PARDISO's type
--2 in its place, with an analysis of its own, and is counted. All steps are also taken by type -2 alone; the shorter time of
+-2 in its place, with a separate analysis, and is counted. All steps are also taken by type -2 alone; the shorter time of
 the two is printed.
 
     pip install pypardiso          brings MKL

@@ -22,7 +22,7 @@ impl<'a> LineCounter<'a> {
         for byte in &self.text.as_bytes()[self.counted_to..offset] {
             match byte {
                 b'\n' => self.at = Location { line: self.at.line + 1, column: 1 },
-                // Continuation bytes of UTF-8 are not characters of their own.
+                // Continuation bytes of UTF-8 are not counted as characters.
                 0x80..=0xbf => {}
                 _ => self.at.column += 1,
             }

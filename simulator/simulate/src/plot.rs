@@ -4,7 +4,7 @@
 //! Curves over time have at most [`POINTS`] points. A run that fails ends its curves; a run whose energy leaves the others'
 //! far behind is cut at the frame, and the legend says so.
 //!
-//! The paths of each integrator have a frame of their own, side by side. All frames show the same part of the x–y plane at
+//! The paths of each integrator have a separate frame, side by side. All frames show the same part of the x–y plane at
 //! the same scale, so that orbits can be compared: they hold the smallest motion, and as much of the others as fits into
 //! [`PATH_BEYOND`] times its size.
 

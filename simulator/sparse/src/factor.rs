@@ -3,14 +3,14 @@
 //!
 //! `L` has unit diagonal blocks, and `B` is made of `D × D` blocks. Each of these is factorised with complete pivoting
 //! where it needs it, so that a block with zeros on its diagonal is no harm; blocks are not exchanged for each other,
-//! so that the symbolic factor ([`symbolic`](crate::symbolic)) holds for every matrix of a pattern. What is lost
-//! where a whole pivot block is tiny shows in the backward error of the solution
+//! so that the symbolic factor ([`symbolic`](crate::symbolic)) holds for every matrix of a pattern. Accuracy
+//! lost where a whole pivot block is tiny shows in the backward error of the solution
 //! ([`checked`](crate::checked)), and the caller then tries another method.
 //!
 //! With `V` the columns below a pivot block `B`, and `W` the transposed rows to its right (`V = W` in a symmetric matrix),
 //! `X = V B⁻¹` are the columns of `L`, and `X Wᵀ` is subtracted from what is to the right. The rows of `U` are kept
 //! transposed, in the layout of `L`: the same kernel subtracts `W Xᵀ` from them. Tiles are held in registers. Large
-//! fronts have a kernel of their own ([`front`](crate::front)).
+//! fronts have a separate kernel ([`front`](crate::front)).
 //!
 //! Threads eliminate the branches of a large tree at the same time, and share the work on each large front that the
 //! branches have in common. Every number is computed by one thread, from the same numbers in the same order.

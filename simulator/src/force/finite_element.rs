@@ -110,7 +110,7 @@ pub(super) static NEO_HOOKEAN: ForceKind = ForceKind {
     build_3d: build::<NeoHookean<3>, 3>,
 };
 
-/// What differs between the shapes' entries.
+/// The part of a registry entry that depends on the shape.
 struct Shape {
     least_dimension: Dimension,
     corners: &'static [&'static str],
@@ -190,7 +190,7 @@ pub(super) const fn damping(shaped_by: &'static [&'static str]) -> PartSchema {
     }
 }
 
-/// What differs between the materials' entries.
+/// The part of a registry entry that depends on the material.
 struct Described {
     tag: &'static str,
     title: &'static str,

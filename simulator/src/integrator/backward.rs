@@ -545,7 +545,7 @@ impl<const D: usize> JacobianSink<D> for Assembly<'_, D> {
     fn add(&mut self, element: ElementJacobians<'_, D>) {
         let blocks = self.elements.several(&element);
         self.largest_entry = blocks.iter().fold(self.largest_entry, largest_entry);
-        // What couples no particles is not among them.
+        // Elements that couple no particles have no slot.
         let next = self.stencil_slots.as_slice().first().filter(|next| next.is_of(&element));
         if let Some(StencilLocation { particles, place }) = next {
             self.stencil_slots.next();

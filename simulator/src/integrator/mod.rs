@@ -196,7 +196,7 @@ pub enum StepError {
         size: f64,
         /// Time step.
         step: f64,
-        /// What updates by the rounding of such positions come to, over the time step.
+        /// Rounding error of the positions divided by the time step.
         rounding: f64,
     },
     /// Newton's step points where the incremental potential does not become smaller.

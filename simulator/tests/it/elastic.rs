@@ -412,7 +412,6 @@ fn small_strains_of_solids_obey_hookes_law() {
     }
 }
 
-/// What is wrong with an element, where, and what to do.
 #[test]
 fn solids_that_cannot_be_are_refused_by_place_and_remedy() {
     let scene = |depth: &str, element: &str| {

@@ -142,7 +142,7 @@ Report.chart = function (host, options) {
     return found;
   }
 
-  /* The text of a tick; sums of steps that are zero but for rounding, against the range of their own axis, are zero. */
+  /* The text of a tick; sums of steps that are zero but for rounding, relative to the range of the axis, are zero. */
   function label(value, [low, high], log) {
     if (!log) return Report.short(Math.abs(value) < 1e-12 * (high - low) ? 0 : value, 5).replace("-", "−");
     const power = Math.round(Math.log10(value));

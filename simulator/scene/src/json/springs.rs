@@ -31,8 +31,8 @@ pub(super) struct MeshSpring {
 /// The springs of `mesh`, which stands in `source`; at most `most`.
 ///
 /// # Errors
-/// If there are too many pairs, or a spring is too long; under `strict` where two vertices are joined
-/// by an element of their own although they are joined already, or where none are.
+/// If there are too many pairs, or a spring is too long; under `strict` where a line element joins
+/// two vertices that are joined already, or where there are no springs.
 pub(super) fn springs(
     mesh: &Mesh,
     most: u64,

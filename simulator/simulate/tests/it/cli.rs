@@ -349,7 +349,7 @@ fn run_without_output_says_so() {
     assert_eq!((alone.status.code(), stderr(&alone)), (Some(0), note));
     assert!(alone.stdout.is_empty());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    // What prints is no reason for it.
+    // With statistics, no note is printed.
     run(folder.path(), &["scene.xml", "--stats"]);
 }
 

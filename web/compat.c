@@ -1,5 +1,5 @@
-/* What Rust's standard library expects of WASI's C library, and Debian's older one lacks. Nothing here has threads or modes of
- * files; rustup's target brings a newer library, and needs none of this. */
+/* Functions that Rust's standard library expects of WASI's C library, and Debian's older one lacks. No threads or modes of
+ * files here; rustup's target brings a newer library, and needs none of this. */
 #include <errno.h>
 
 int *__errno_location(void) { return &errno; }

@@ -18,7 +18,7 @@ class Completion {
     }
   }
 
-  /* What fits at `caret`: { from, names, kind }, with the place where the name that is typed begins; null where nothing does. */
+  /* Completions at `caret`: { from, names, kind }, with the start of the name that is typed; null where nothing fits. */
   at(text, caret) {
     const before = text.slice(0, caret);
     const tag = before.slice(before.lastIndexOf("<"));

@@ -1,6 +1,6 @@
 "use strict";
 
-/* Runs the simulator beside the page.
+/* Runs the simulator in a separate thread.
  *
  * page ── { module } ─────────────────────> { ready }
  *      ── { number, open: text of a scene }   ──> { number, bytes } or { number, error }

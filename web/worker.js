@@ -1,6 +1,6 @@
 "use strict";
 
-/* Runs `grade` beside the page, so that the page stays alive. The files of the scenes stay in memory from run to run.
+/* Runs `grade` in a separate thread, so that the page stays alive. Files of scenes stay in memory from run to run.
  *
  * page ── { module } ──> the program; the scenes that it brings are laid out        ──> { ready }
  *      ── { number, name, files, args } ──> a hand-in of this name; a run          ──> { number, status, output, error, page } */

@@ -99,7 +99,7 @@ fn words(refused: Refused) -> String {
     }
 }
 
-/// Makes room for `length` bytes; yields where they are. What fits is left as it is.
+/// Resizes the buffer to `length` bytes, keeping the bytes that fit, and returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(length: usize) -> *mut u8 {
     PAGE.with_borrow_mut(|page| {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The C library's examples, with and without sanitizers, installed and found again, by FetchContent and by pkg-config; the Python module
-# with its notebooks in an environment of its own.
+# with its notebooks in a separate environment.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -73,7 +73,7 @@ def scenes(source):
 def run(command, call, environment, scene, trace):
     """Runs a program on a scene; leaves no trace of one that it does not support."""
     trace.parent.mkdir(parents=True, exist_ok=True)
-    # Relative paths are the same ones for Wine; a mesh is named as beside its scene.
+    # Relative paths are the same ones for Wine; a mesh is named relative to its scene.
     path = os.path.relpath(trace, scene.parent)
     done = subprocess.run([*command, *call(scene.name, path)], cwd=scene.parent, env=environment, stdin=subprocess.DEVNULL,
                           capture_output=True, timeout=300)

@@ -8,7 +8,7 @@ run() {
     "$@"
 }
 
-# Whoever has cargo may not have these yet.
+# An installation of cargo may lack these.
 run cargo fmt --version || run rustup component add rustfmt
 run cargo clippy --version || run rustup component add clippy
 

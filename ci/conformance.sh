@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The course's own scenes against the course's own traces, where they are at hand.
-# Their folders: $SPRING_ORACLE_FOSSSIM and $SPRING_ORACLE_ELASTIC, or ../shared/fosssim and ../shared/elastic beside this
-# repository.
+# Their folders: $SPRING_ORACLE_FOSSSIM and $SPRING_ORACLE_ELASTIC, or ../shared/fosssim and ../shared/elastic, relative
+# to this repository.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fuzzes the parsers of students' files, each for $1 seconds (600 where it is left out). No part of .ci/run:
-# it needs `cargo install cargo-fuzz`. What it finds is reported and kept in ci/fuzz/artifacts; put such an input
+# it needs `cargo install cargo-fuzz`. Failures are reported and kept in ci/fuzz/artifacts; put such an input
 # into ci/fuzz/seeds/<target>/ with its correction, where `cargo test` tries it on every run.
 set -euo pipefail
 cd "$(dirname "$0")/fuzz"

@@ -33,7 +33,7 @@ PAIRS = "springforce|gravitationalforce|vortexforce|functions on vectors"
 BODIES = "simplegravity|constantforce|dragdamping"
 FIXED = "fixed particles"
 SYSTEM = f"{IMPLICIT}|Jacobians|{FIXED}"
-# What every force between two particles calls.
+# The functions that every force between two particles calls.
 BLOCKS = f"{SYSTEM}|functions on vectors"
 
 # Of each program: its grammar, how it is built, what it lacks, and which features a change changes: from the first line with

@@ -46,7 +46,7 @@ cleanup() {
 }
 trap cleanup EXIT
 
-# munged -> slurmctld -> slurmd, all with files of their own.
+# munged -> slurmctld -> slurmd, all with separate files.
 export SLURM_CONF=$folder/slurm.conf
 node=$(hostname -s)
 socket=$folder/munge/socket

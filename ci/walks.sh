@@ -13,7 +13,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD
 work=$root/target/walks
-# Beside walks that are being made.
+# A separate folder from walks that are being made.
 [ "${1:-}" = apply ] && work=$root/target/walks/apply
 tree=$work/tree
 export CARGO_INCREMENTAL=1 CARGO_TARGET_DIR=$work/target
@@ -144,7 +144,7 @@ must_fail() {
     expect "$words"
 }
 
-# What fails where this file is left out: $2 names the newcomer.
+# The checks that fail where this file is left out: $2 names the newcomer.
 leave_out() {
     local number=$1 words=$2
     shift 2

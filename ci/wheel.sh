@@ -14,7 +14,7 @@ mkdir -p "$folder"
 echo "+ cargo build --profile $profile --bin grade --bin simulate; maturin build"
 cargo build --locked --quiet --profile "$profile" --bin grade --bin simulate
 $tools/bin/maturin build --quiet --release --locked --manifest-path bindings/python/Cargo.toml --out $folder
-# The programs beside the module: files in NAME.data/scripts are installed as commands.
+# The programs of the module: files in NAME.data/scripts are installed as commands.
 $tools/bin/wheel unpack --dest $folder/unpacked $folder/*.whl
 content=$(echo $folder/unpacked/*)
 info=$(basename "$content"/*.dist-info)

@@ -153,7 +153,7 @@ async function playback(page, expected) {
   for (const color of ["10,90,160", "179,71,0", "179,38,30"]) assert.ok(colors.includes(color), `no pixel of ${color}`);
 }
 
-// Finding, equation and motion beside each other, with the controls in view; forces on request.
+// Finding, equation and motion side by side, with the controls in view; forces on request.
 async function sideBySide(browser, address, origin) {
   const { page, faults, close } = await open(browser, address, origin, { viewport: { width: 1280, height: 800 } });
   const box = (selector) => page.locator(selector).first().boundingBox();
@@ -182,7 +182,7 @@ async function strained(browser, address, origin) {
   await close();
 }
 
-// A run that explodes: its times are told, and the oracle's energy is seen.
+// A run that explodes: its times are shown, and the oracle's energy is seen.
 async function exploded(browser, address, origin) {
   const { page, faults, close } = await open(browser, address, origin);
   const energy = page.locator("#energy-charts figure").first();

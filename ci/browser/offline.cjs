@@ -26,7 +26,7 @@ async function open(executable, name, viewport) {
     address: pathToFileURL(path.join(root, "target/web", name)).href,
     shot: (picture) => page.screenshot({ path: path.join(work, `${path.parse(name).name}-${picture}.png`) }),
 
-    /* On a phone: nothing beside the screen, no barrier that axe finds; then no problem since the browser was opened. */
+    /* On a phone: nothing off the screen, no barrier that axe finds; then no problem since the browser was opened. */
     async close(axeOptions) {
       await page.setViewportSize({ width: 360, height: 740 });
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);

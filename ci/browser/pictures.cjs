@@ -1,7 +1,7 @@
 "use strict";
 
 // Compares pictures of pages with those in ci/browser/pictures/. Fonts differ between machines: a font of our own draws each
-// character as a box of the same width, also on canvases, and without rounding to pixels. What remains is compared as
+// character as a box of the same width, also on canvases, and without rounding to pixels. The rest is compared as
 // means over cells of 16 by 16 pixels.
 // `UPDATE_PICTURES=1 ci/browser.sh` rewrites the stored pictures, whose pixels are the means.
 const assert = require("node:assert/strict");

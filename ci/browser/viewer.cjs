@@ -138,7 +138,7 @@ async function drag(page) {
   await settled(page);
 }
 
-// Two integrators beside each other, from the same state.
+// Two integrators side by side, from the same state.
 async function compare(page) {
   await press(page, "r");
   await settled(page);

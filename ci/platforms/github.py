@@ -125,7 +125,7 @@ def check():
 
     code, annotations, summary, points = step(student("damping: dF/dv missing"))
     assert code == 1 and 0 < points["score"] < 2900
-    # What is proven stands in the annotation.
+    # The proven cause is in the annotation.
     assert any(name == "error" and "SpringDamping" in about["title"] and "dF/dv" in message for name, about, message in annotations), annotations
     assert "damping" in summary
 

@@ -200,7 +200,7 @@ def visible(results):
 
 
 def hidden(results):
-    """What only instructors read."""
+    """The output that only instructors read."""
     return "".join(test["output"] for test in results["tests"] if test.get("visibility") == "hidden")
 
 

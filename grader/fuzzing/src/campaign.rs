@@ -26,10 +26,10 @@ use crate::motion::statistics;
 use crate::shrink::{Effort, Shrunk, measure, shrink};
 use crate::symmetry::{self, Symmetry};
 
-/// What is run.
+/// The scenes and the limits of a campaign.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// What scenes may hold.
+    /// The features that scenes may have.
     pub scope: Scope,
     /// The seed of all scenes.
     pub seed: u64,
@@ -59,7 +59,7 @@ const REFUSALS: u32 = 100;
 /// The most scenes that are kept to be mutated.
 const MOST_KEPT: usize = 1000;
 
-/// Of so many scenes, one is run by itself if the program is right in it with others in one run. A run of its own takes as
+/// Of so many scenes, one is run by itself if the program is right in it with others in one run. Such a run takes as
 /// long as six others, and the other threads wait for it: one in 64 takes up to a fifth of the time, one in 16 two fifths.
 const CONFIRMED: u64 = 128;
 
@@ -106,7 +106,7 @@ pub struct Campaign {
     pub seed: u64,
     /// The counts.
     pub tally: Tally,
-    /// What was found, most frequent first.
+    /// The discoveries, most frequent first.
     pub discoveries: Vec<Discovery>,
     /// Kinds of failures that were not shrunk.
     pub further: usize,
@@ -168,7 +168,7 @@ impl Failing {
     }
 }
 
-/// What the batches so far showed.
+/// Results of the batches so far.
 #[derive(Default)]
 struct Memory {
     /// Scenes with a pair under an integrator.
@@ -357,7 +357,7 @@ pub fn run(
     campaign
 }
 
-/// Whether a scene of this number, if it is right in a run with others, gets a run of its own.
+/// Whether a scene of this number, if it is right in a run with others, is also run by itself.
 fn is_confirmed(seed: u64, number: u64) -> bool {
     let (group, place) = (number / CONFIRMED, number % CONFIRMED);
     Rng::with_seed(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ group).u64(0..CONFIRMED) == place
@@ -428,7 +428,7 @@ pub fn smallest(
     Some(tested.discovery(&failing, proven, 1))
 }
 
-/// What is tested, and how much its failures may cost.
+/// The tested program, and how much its failures may cost.
 struct Tested<'a> {
     subject: &'a dyn Subject,
     judge: &'a Judge,
@@ -497,7 +497,7 @@ impl Tested<'_> {
             shrunk += 1;
             let finding = finding.copied().cloned();
             let discovery = self.discovery(&failures[simplest], finding, scenes.len());
-            // What nothing explains may turn out to be the same once it is small.
+            // Failures without a proven cause may turn out to be the same once they are shrunk.
             let is_known = |known: &&mut Discovery| {
                 discovery.proven.is_none()
                     && forces(&known.shrunk.scene) == forces(&discovery.shrunk.scene)

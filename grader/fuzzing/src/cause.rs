@@ -21,7 +21,7 @@ pub enum Evidence<'a> {
     Right(&'a Scene, &'a Run),
 }
 
-/// What was found in scenes together.
+/// Results for several scenes together.
 #[derive(Debug, Default)]
 pub struct Found {
     /// The findings, as any report has them.

@@ -36,14 +36,14 @@ pub struct Strictness {
     /// Largest tolerance, relative to the size of the motion, of a scene that is used.
     pub sensitive: f64,
     /// Largest change of a motion by changes of a billionth, relative to its size: where it is larger, a force all but jumps.
-    /// What rounding errors grow by, [`Self::sensitive`] bounds.
+    /// The growth of rounding errors is bounded by [`Self::sensitive`].
     pub jump: f64,
     /// Largest number of a motion that is used.
     pub large: f64,
     /// Most iterations of Newton's method in a step without a doubt. The first iterates of a longer one may be wild, and its end
     /// depend on rounding errors.
     pub iterations: u64,
-    /// Most iterations of a step that is used if scenes beside it take as many: a program may end after 50.
+    /// Most iterations of a step that is used if nearby scenes take as many: a program may end after 50.
     pub steady_iterations: u64,
     /// Largest amplification by the matrix of a step, 1 where forces hold or dissipate. Elimination without pivots fails
     /// before others do.
@@ -69,7 +69,7 @@ impl Default for Strictness {
     }
 }
 
-/// What is tested.
+/// A tested simulator.
 pub trait Subject: Sync {
     /// Starts it on a scene, whose file has this text.
     ///
@@ -109,7 +109,7 @@ impl Subject for Program {
     fn serve(&self, scenes: &[(&Scene, &str)]) -> Vec<Option<Box<dyn StateSource>>> {
         let shapes: Vec<(&str, Shape)> =
             scenes.iter().map(|(scene, text)| (*text, Shape::of(scene))).collect();
-        // A run of its own says why it could not be run.
+        // A separate run says why it could not be run.
         let served = self.serve(&shapes).unwrap_or_default().into_iter();
         let boxed = |run| Box::new(run) as Box<dyn StateSource>;
         let mut all: Vec<_> = served.map(|run| run.map(boxed)).collect();
@@ -129,7 +129,7 @@ pub enum Judgement {
     Tells(Nothing),
     /// The program is wrong.
     Wrong(Box<Wrong>),
-    /// It could not be run, through no fault of its own.
+    /// The grader or its machine could not run it.
     Fault(Fault),
 }
 
@@ -433,17 +433,17 @@ fn sizes(states: &[State]) -> [f64; 2] {
     [size(|state| &state.positions), size(|state| &state.velocities)]
 }
 
-/// How far beside a scene others are, relative to its size.
+/// Distance of nearby scenes from a scene, relative to its size.
 const NEAR: f64 = 1e-9;
 
 /// The distance of the nearer ones, as a share of that. It is beyond rounding errors, and of a smooth motion no curvature is
 /// left at it.
 const NEARER: f64 = 1e-4;
 
-/// Directions in which scenes are beside a scene, on both sides of it: of two opposite ones, one is beyond a jump.
+/// Directions of nearby scenes, on both sides of a scene: of two opposite ones, one is beyond a jump.
 const BESIDE: u64 = 2;
 
-/// Scenes beside one, whose steps must take as many iterations.
+/// Nearby scenes whose steps must take as many iterations.
 const AROUND: u64 = 8;
 
 /// The scene with its positions and velocities moved by up to half of these distances.
@@ -461,7 +461,7 @@ fn moved(scene: &Scene, distances: [f64; 2], seed: u64) -> Scene {
     other
 }
 
-/// What the states of two scenes beside a scene say of its own, if its motion is smooth.
+/// The states of a scene if its motion is smooth, extrapolated from those of two nearby scenes.
 fn extrapolated(expected: &[State], far: &[State], near: &[State]) -> Vec<State> {
     let values = |expected: &[f64], far: &[f64], near: &[f64]| {
         let pairs = expected.iter().zip(far).zip(near);
@@ -490,7 +490,7 @@ fn further(scene: &Scene) -> Option<Vec<State>> {
     simulate(&further).ok()
 }
 
-/// Whether every step of a linearized method solves its system as accurately as is usual beside the largest entry of the whole
+/// Whether every step of a linearized method solves its system as accurately as is usual relative to the largest entry of the
 /// matrix. Where masses are far apart, that determines light particles less than row by row, which is not asked of a solver.
 fn is_solved_by_norm(scene: &Scene, states: &[State]) -> bool {
     if scene.integrator.equation != StepEquation::LinearizedImplicitEuler {

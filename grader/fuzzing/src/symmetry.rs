@@ -6,7 +6,7 @@
 //!
 //! A symmetry counts where our own simulator has it: a wind has a direction, a vortex has no mirror image. Quarter turns, mirror
 //! images and factors of 2 are exact in floating point, and shifts are as large as the scene, so that nothing but last bits and
-//! the order of sums differs. What breaks says what a program treats differently, even where no cause is proven.
+//! the order of sums differs. A broken symmetry shows what a program treats differently, even where no cause is proven.
 
 use grader::submission::StateSource;
 use grader::verdict::Failure;
@@ -32,7 +32,7 @@ pub enum Symmetry {
     Renumbering,
     /// With forces in reverse order.
     Reordering,
-    /// Beside a copy of itself.
+    /// Two copies of the scene, side by side.
     SideBySide,
     /// With twice the masses, and forces in proportion.
     Masses,
@@ -76,7 +76,7 @@ impl Symmetry {
         }
     }
 
-    /// What a program does that breaks it.
+    /// The behaviour of a program that breaks it.
     pub fn broken(self) -> &'static str {
         match self {
             Self::Translation => {

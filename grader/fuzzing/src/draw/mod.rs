@@ -6,7 +6,7 @@
 //!
 //! Half of the scenes have one or two particles and one to three steps: most mistakes show there, and a run takes no time. The
 //! rest have up to [`MOST_PARTICLES`] particles and [`MOST_STEPS`] steps. Values are typical ones of the schemas, or special:
-//! zero, one, equal to another, aligned with an axis, at rest, at the rest length, beside another. Some scenes have whole numbers
+//! zero, one, equal to another, aligned with an axis, at rest, at the rest length, near another. Some scenes have whole numbers
 //! and powers of two alone. The time step follows the stiffest element, so that few scenes explode.
 
 mod circumstance;
@@ -45,7 +45,7 @@ const MOST_ELEMENTS: usize = 12;
 /// The same of a field.
 const MOST_FIELDS: usize = 5;
 
-/// What a drawn scene may hold.
+/// The features that a drawn scene may have.
 #[derive(Debug, Clone)]
 pub struct Scope {
     /// The forces.
@@ -72,7 +72,7 @@ impl Scope {
         }
     }
 
-    /// What an assignment asks for.
+    /// The scope of an assignment.
     pub fn of(assignment: &grader::suite::assignment::Scope) -> Self {
         let mut scope = Self::all();
         let is_listed = |list: &Option<Vec<String>>, word: &str| {

@@ -35,7 +35,7 @@ const DECLARATIONS: &[&str] = &[
     "<?xml version = \"1.0\" encoding = \"utf-8\" ?>",
 ];
 
-/// What has a meaning somewhere in XML, and none within a text.
+/// Words with a meaning somewhere in XML, and none within a text.
 const WORDS: &[&str] = &[
     "a",
     " ",

@@ -46,7 +46,7 @@ pub(super) fn coordinate(size: Option<f64>, others: &[f64], choices: &mut Choice
     }
 }
 
-/// A place beside another particle, near it for a scene of this size.
+/// A place near another particle, for a scene of this size.
 pub(super) fn beside(
     others: &[Particle],
     size: f64,

@@ -59,7 +59,7 @@ struct JsonRun<'a> {
 struct JsonDiscovery<'a> {
     /// Name of the failure in the smallest scene.
     verdict: &'static str,
-    /// What is wrong.
+    /// The mistake in words.
     words: String,
     /// Whether these words are a proven cause.
     proven: bool,

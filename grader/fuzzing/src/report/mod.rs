@@ -22,7 +22,7 @@ fn size_of(scene: &Scene) -> [usize; 3] {
     [scene.particles.len(), scene.forces.len(), scene.n_steps() as usize]
 }
 
-/// What is wrong, in a sentence.
+/// The mistake in a sentence.
 fn sentence(discovery: &Discovery) -> String {
     match &discovery.proven {
         _ if discovery.is_spelling => {

@@ -24,7 +24,7 @@ const VALUE: f64 = 0.25;
 /// The same of all lengths of a scene together.
 const SIZE: f64 = 0.3;
 
-/// The same of a rest length beside that: a spring that pulls should not push.
+/// The same of a rest length, on top of `SIZE`: a spring that pulls should not push.
 const LENGTH: f64 = 0.04;
 
 /// The same of the time step, and of the number of steps.
@@ -36,7 +36,7 @@ const NUDGE: f64 = 0.05;
 /// Largest shift of a scene along an axis, as a share of its size.
 const SHIFT: f64 = 0.3;
 
-/// Largest turn of a single vector beside that of all, in radians.
+/// Largest turn of a single vector, on top of the turn of the scene, in radians.
 const TURN: f64 = 0.15;
 
 /// Smallest angle between an axis before and any axis after the turn of a scene, in radians.

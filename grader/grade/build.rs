@@ -22,7 +22,7 @@ fn main() {
     pack(Path::new("../.."));
 }
 
-/// Packs the suite; nothing where it is not beside the source, as where a platform builds it.
+/// Packs the suite; nothing where it is not next to the source, as where a platform builds it.
 fn pack(root: &Path) {
     let mut text = Vec::new();
     let mut planes: [Vec<u8>; 8] = Default::default();

@@ -14,7 +14,7 @@ use grader::suite::hash_bytes;
 use crate::installed::cache;
 use crate::output::write_file;
 
-/// The file for a submission, graded on the scenes beside `expected`; `None` without a cache folder.
+/// The file for a submission and a folder of traces; `None` without a cache folder.
 pub(super) fn file(submission: Option<&Path>, expected: &Path) -> Option<PathBuf> {
     let real = |path: &Path| scene::input::real_path(path).unwrap_or_else(|_| path.to_path_buf());
     let key = format!("{:?} {:?}", submission.map(real), real(expected));

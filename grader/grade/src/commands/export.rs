@@ -363,7 +363,7 @@ impl PrairielearnArgs {
 }
 
 impl BundleArgs {
-    /// Writes the folder of a platform that runs a script beside grade and the suite.
+    /// Writes the folder of a platform that runs a script with grade and the suite.
     fn run(&self, platform: Platform) -> Result<Exit, Stop> {
         let inputs = self.content.read()?;
         if platform.is_public {
@@ -555,7 +555,7 @@ fn add_suite(
         let is_of = |id: &str| id == name || id.starts_with(&format!("{path}/"));
         inputs.suite.cases.iter().any(|case| is_of(&case.id))
     };
-    // Beside the folders of traces lie the manifest and the envelopes.
+    // The folder also has the manifest and the envelopes.
     let is_kept = |path: &str| traces == Traces::All || path.ends_with(".toml") || is_judged(path);
     add(&expected, "expected", &is_kept)?;
     if let Some((_, hidden)) = &inputs.hidden {
@@ -564,7 +564,7 @@ fn add_suite(
     }
     if let Some(pack) = &inputs.pack {
         let starter = pack.starter();
-        // These have places of their own in the package, or none.
+        // These are elsewhere in the package, or left out.
         let is_elsewhere = |name: &str| {
             let path = pack.folder().join(name);
             let is_example = pack.examples().iter().any(|example| path == example.folder);

@@ -98,7 +98,7 @@ enum FuzzFormat {
 /// than a megabyte.
 const SECONDS: f64 = 5.0;
 
-/// Seconds from start to end: beside other work, a program waits for its turn, which is no failure of it.
+/// Seconds from start to end: on a busy machine a program waits for its turn, which is no failure.
 const WAITING: f64 = 20.0;
 
 fn parse_minutes(text: &str) -> Result<f64, String> {
@@ -175,7 +175,6 @@ impl FuzzArgs {
         campaign::run(subject, &judge, plan, &|| interrupt.is_requested(), &notice)
     }
 
-    /// What scenes may hold.
     fn scope(&self) -> Result<Scope, Stop> {
         let named = self.assignment.clone();
         let named = named.or_else(|| self.submission.as_deref().and_then(named_assignment));

@@ -245,7 +245,7 @@ impl GradeArgs {
         let mut words = vec![quoted(path)];
         let given = Self::augment_args(clap::Command::new("grade"));
         let given = given.try_get_matches_from(std::env::args_os()).ok()?;
-        // What `explain` takes too decides what is graded, and how.
+        // The options that `explain` takes too decide what is graded, and how.
         let shared = ExplainArgs::augment_args(clap::Command::new("explain"));
         for option in shared.get_arguments() {
             let (id, Some(long)) = (option.get_id().as_str(), option.get_long()) else { continue };

@@ -98,7 +98,7 @@ static void become_rootless(int user) {
 }
 
 int main(int count, char **arguments) {
-    /* What containers keep. */
+    /* The capabilities that containers keep. */
     const int container[] = {CAP_CHOWN,   CAP_DAC_OVERRIDE, CAP_FSETID,           CAP_FOWNER,    CAP_MKNOD,
                              CAP_NET_RAW, CAP_SETGID,       CAP_SETUID,           CAP_SETFCAP,   CAP_SETPCAP,
                              CAP_KILL,    CAP_SYS_CHROOT,   CAP_NET_BIND_SERVICE, CAP_AUDIT_WRITE};
@@ -133,7 +133,7 @@ int main(int count, char **arguments) {
     if (!landlock) refuse(NR_landlock_create_ruleset, 0, ENOSYS);
     if (kept != ~0ULL) keep(kept);
     if (user >= 0) {
-        /* Whatever gets out of a sandbox must not take all the processes that the machine has. */
+        /* A process that escapes a sandbox must not take all the processes that the machine has. */
         struct rlimit most = {600, 600};
         if (setrlimit(RLIMIT_NPROC, &most)) fail("setrlimit");
         if (setgroups(0, NULL)) fail("setgroups");

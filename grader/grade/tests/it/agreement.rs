@@ -1,4 +1,4 @@
-//! What the text, the JSON report and the pages say of one program, and how short the default text is.
+//! The text, the JSON report and the pages agree on one program, and the default text is short.
 
 use needs::needs;
 use test_support::sample;

@@ -2,7 +2,7 @@
 //!
 //! Files and folders of one folder import each other in one direction. A folder counts as all of its
 //! files, so that this holds at every level. A `mod.rs` or `lib.rs` holds what its files share, and lists them: it and the
-//! files below it may name each other. What it re-exports counts as an import of the file that has it.
+//! files below it may name each other. Its re-exports count as imports of the file that has them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -300,7 +300,7 @@ fn shards_run_their_hidden_scenes_after_all_shards() {
         );
     }
     assert!(ran(&project).iter().all(|(_, is_hidden)| !is_hidden));
-    // Nothing is finished yet. What is left is run, and nothing twice.
+    // Nothing is finished yet. The rest is run, and nothing twice.
     assert_eq!(project.grade(&["class", "merge", "out/plan.json"]).code, 130);
     assert_eq!(shard("1", &[]).code, 0);
     assert_eq!(shard("1", &hidden).code, 0);

@@ -82,7 +82,7 @@ fn served(submission: &str, scenes: &str) -> (Value, i32) {
     (report["runs"][0].clone(), run.code)
 }
 
-/// What a program serves is taken where it is right alone: whatever a served run does, the counts are those of plain starts.
+/// The counts are those of plain starts, whatever a served run does.
 #[test]
 fn failures_of_served_runs_are_confirmed_by_plain_starts() {
     let scripts = [
@@ -153,7 +153,7 @@ fn the_last_scene_of_a_served_run_that_fails_is_run_by_itself() {
     assert_eq!(outcomes[0].0, outcomes[1].0);
 }
 
-/// What one proven cause explains, of whatever terms, is one entry; other causes have theirs.
+/// All failures of one proven cause are one entry, whatever their terms; other causes have theirs.
 #[test]
 fn a_proven_cause_has_one_entry() {
     let masses =

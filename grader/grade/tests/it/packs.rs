@@ -53,12 +53,12 @@ fn draw_class(folder: &Folder, always: &[&str], count: usize) -> usize {
     n_names - dropped.len()
 }
 
-/// A copy of the pack of functions in Python, with some scenes of its own.
+/// A copy of the pack of functions in Python, with some scenes added.
 fn small_pack(folder: &Folder) {
     small_copy(folder, "functions-python");
 }
 
-/// A copy of a pack of functions, with some scenes of its own.
+/// A copy of a pack of functions, with some scenes added.
 fn small_copy(folder: &Folder, name: &str) {
     let copied = Command::new("cp").arg("-r").arg(pack(name)).arg(folder.path("pack")).status();
     assert!(copied.unwrap().success());
@@ -188,7 +188,7 @@ fn append(folder: &Folder, text: &str) {
     folder.write("pack/pack.toml", &(folder.read("pack/pack.toml") + text));
 }
 
-/// Gives the pack scenes of its own.
+/// Adds scenes, traces and an assignment to the pack.
 fn with_scenes(folder: &Folder) {
     for scene in [
         "Spring/compressed-strut-explicit",

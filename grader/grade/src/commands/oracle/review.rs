@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! stage the new traces ──> each undecided change: show it, ask ──> write: the accepted ones replace the old traces
-//!                            └── a decision is stored at once in .expected.review.json, beside expected/
+//!                            └── a decision is stored at once in .expected.review.json, by expected/
 //! ```
 //!
 //! Traces are deterministic, so the pending traces themselves need not be stored: a decision holds the hash of the new
@@ -57,7 +57,7 @@ struct Decisions {
 }
 
 impl Decisions {
-    /// The decisions beside this folder; none, if there is no file.
+    /// The decisions stored next to this folder; none without a file.
     fn read(expected: &Path) -> Result<Self, Stop> {
         let absolute = std::path::absolute(expected).map_err(Stop::bad_input)?;
         let name = absolute.file_name().unwrap_or_default().to_string_lossy();

@@ -23,7 +23,7 @@ static void build_writes_outside(void) {
     refused(unlink(target), "the target removed");
     const char *places[] = {"../escaped", "../../escaped", "/var/tmp/escaped", "/escaped", "/usr/escaped", "/root/escaped"};
     for (unsigned k = 0; k < LENGTH(places); ++k) {
-        /* Above the copy there may be a world of its own; the harness looks whether anything stays. */
+        /* The sandbox may have a root above the copy; the harness looks whether anything stays. */
         int file = open(places[k], O_WRONLY | O_CREAT, 0644);
         if (file >= 0 && places[k][0] == '/') breach(places[k]);
     }

@@ -51,7 +51,7 @@ static void overwrite(void) {
     unlink("mine");
 }
 
-/* The places that a world has of its own are the submission's to write; the harness looks whether anything stays
+/* The submission may write to places in its root; the harness looks whether anything stays
  * there. A run must not reach its neighbours. */
 static void write_elsewhere(void) {
     const char *places[] = {"/var/tmp/escaped", "/escaped", "/usr/escaped", "/etc/escaped",
@@ -65,7 +65,7 @@ static void write_elsewhere(void) {
     if (getcwd(here, sizeof here) && rename(here, "/tmp/moved") == 0) rename("/tmp/moved", here);
 }
 
-/* Existence: a call must answer the same for TARGET, which exists, and for a name beside it that does not. */
+/* Existence: a call must answer the same for TARGET, which exists, and for a name that does not exist. */
 static char missing[PATH_MAX];
 static void same(long first, int first_error, long second, int second_error, const char *what) {
     if ((first < 0) != (second < 0) || (first < 0 && first_error != second_error)) breach(what);

@@ -1,4 +1,4 @@
-/* What all hostile modes share.
+/* Declarations that all hostile modes share.
  *
  *     hostile MODE SCENE TRACE RIGHT TARGET...
  *

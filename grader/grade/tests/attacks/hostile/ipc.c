@@ -173,7 +173,7 @@ static void keys(void) {
         if (table >= 0 && read(table, &byte, 1) > 0) breach(tables[k]);
     }
 }
-/* Names that a second run would find. The calls may work in a world of its own. */
+/* Names that a second run would find. The calls may work inside the sandbox. */
 static void leave_shared_names(void) {
     int memory = shm_open("/escaped-memory", O_RDWR | O_CREAT, 0666);
     if (memory >= 0 && ftruncate(memory, 4096)) {}

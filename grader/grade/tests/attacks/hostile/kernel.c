@@ -192,7 +192,7 @@ static void execute_memory(void) {
     denied(syscall(NR_memfd_secret, 0), "memfd_secret");
     int nameless = open(".", O_TMPFILE | O_RDWR, 0755);
     if (nameless < 0) return;
-    /* What it may write it may execute; it is the same user still. */
+    /* It may execute files that it may write; it is the same user still. */
     char *arguments[] = {"program", "am_i_privileged", "", "", (char *)right, "nothing", NULL}, *none[] = {NULL};
     if (fork() == 0) {
         execveat(nameless, "", arguments, none, AT_EMPTY_PATH);
@@ -344,9 +344,9 @@ static void filters(void) {
         unsigned short length;
         struct sock_filter_ *filter;
     } filter = {1, &allow};
-    /* With a listener, another process of its own would answer calls in place of the kernel. */
+    /* With a listener, another process of the run would answer calls in place of the kernel. */
     denied(syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_NEW_LISTENER, &filter), "a listener of calls");
-    /* A filter of its own that allows all must not undo the one above. */
+    /* A second filter that allows all must not undo the one above. */
     syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, 0, &filter);
     prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter, 0, 0);
     refused(syscall(SYS_socket, 1, 1, 0), "a socket after its own filter");

@@ -120,7 +120,7 @@ static void parts_of_huge_pages(void) {
     }
     usleep(500000);
 }
-/* Each process of a chain has pages of its own, and shares those of its ancestors. */
+/* Each process of a chain has separate pages, and shares those of its ancestors. */
 static void chain_of_pages(void) {
     const size_t size = 24 << 20;
     char *memory = malloc(size);

@@ -1,4 +1,4 @@
-/* What a run leaves: its trace, its text and its exit status. */
+/* The output of a run: its trace, its text and its exit status. */
 #include "hostile.h"
 
 static void output_link(void) {
@@ -197,7 +197,7 @@ static void many_lines(void) {
     memset(text, '\n', 900000);
     say(text, 900000);
 }
-/* What a supervisor would tell, on every descriptor that there may be. */
+/* The answer of a supervisor, on every descriptor that there may be. */
 static void forged_answer(void) {
     const char *answer = "{\"Ok\":{\"end\":{\"exited\":0},\"protections\":[]}}{\"Ok\":[]}{\"Ok\":{\"exited\":0}}";
     hand_in();

@@ -28,7 +28,7 @@ static void thread_bomb(void) {
 }
 static void vfork_bomb(void) {
     while (armed()) {
-        /* The parent sleeps until the child is another program. What that one counts it counts alone: it must not
+        /* The parent sleeps until the child is another program, with a separate count of processes: it must not
          * start any more. */
         int process = vfork();
         if (process == 0) {
@@ -503,7 +503,7 @@ static void terminal(void) {
     refused(open("/dev/ptmx", O_RDWR), "a new terminal");
 }
 static void inherited_state(void) {
-    /* The grader was started with another mask. What signals it ignores is no secret. */
+    /* The grader was started with another mask. The signals that it ignores are no secret. */
     mode_t mask = umask(022);
     if (mask != 022 && mask != 077) breach("the mask of the grader");
     sigset_t blocked;

@@ -100,7 +100,7 @@ struct Cell {
     score: f64,
 }
 
-/// States beside the switching surfaces that are found from `starts`, at most three on each side of `most` of them.
+/// States next to switching surfaces that are found from `starts`, at most three on each side of `most` of them.
 pub fn search(
     function: &mut Function<'_>,
     domain: &Domain,

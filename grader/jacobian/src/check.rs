@@ -15,7 +15,7 @@ use crate::structure::{self, Property, PropertyFinding};
 use crate::taylor::{Steps, Taylor, Window};
 use crate::verdict::{Reason, Verdict};
 
-/// Most switching surfaces beside which states are checked; of large functions fewer.
+/// Most switching surfaces next to which states are checked; of large functions fewer.
 const SWITCHES: usize = 8;
 
 /// Number of variables from which on fewer are.
@@ -24,7 +24,7 @@ const MANY_VARIABLES: usize = 30;
 /// Most entries of a matrix whose error is named.
 const MOST_ENTRIES: usize = 1_000_000;
 
-/// What is checked, and where.
+/// The states at which a Jacobian is checked, and how its errors are described.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Points of the user's own.
@@ -73,7 +73,7 @@ pub struct Report {
     pub states: Vec<StateFinding>,
     /// The entry that supports the verdict: the worst contradiction, or one without a verdict.
     pub worst: Option<Worst>,
-    /// What the error looks like.
+    /// The pattern of the error.
     pub likeness: Option<Likeness>,
     /// Row and column of all entries that are wrong at some state.
     pub wrong: BTreeSet<(usize, usize)>,
@@ -329,7 +329,7 @@ impl Tally {
     }
 }
 
-/// What the wrong entries of one state look like.
+/// The pattern of the wrong entries of one state.
 fn likeness(
     seen: &Observation,
     Matrices { stated, measured }: &Matrices,

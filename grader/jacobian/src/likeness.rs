@@ -1,4 +1,4 @@
-//! What a wrong Jacobian looks like: where it is wrong, and what was done to the right one there.
+//! The pattern of a wrong Jacobian: the region where it is wrong, and the change of the right one.
 //!
 //! With the Jacobian `J` and the estimate `D`, the smallest region that holds all wrong entries is tried first, and within it
 //! `J = c D` for one number `c`: missing (0), negative (−1) or a factor. Then `J = Dᵀ`, exchanged rows or columns, an error
@@ -44,7 +44,7 @@ pub enum Region {
     All,
 }
 
-/// What was done to the entries of the region.
+/// The change of the entries of the region.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
     /// They are zero.
@@ -82,7 +82,7 @@ pub struct Likeness {
     pub change: Change,
 }
 
-/// A matrix beside its estimate, column by column.
+/// A matrix and its estimate, column by column.
 pub struct Pair<'a> {
     /// Number of rows.
     pub rows: usize,

@@ -1,4 +1,4 @@
-//! The noise of a function: how far its values are from those of a smooth function beside it.
+//! The noise of a function: how far its values are from those of a nearby smooth function.
 //!
 //! Along a line, `9` values at equal distances `h` make a table of differences. The smooth part of the values vanishes from
 //! the differences of sixth order as `h⁶`; noise `σ` of independent values remains, as `σ √924`:
@@ -67,7 +67,7 @@ pub fn measure(function: Function<'_>, x: &[f64], scale: &[f64], here: &[f64]) -
     let mut values = here.to_vec();
     for (number, exponent) in DISTANCES.into_iter().enumerate() {
         let distance = 2.0_f64.powi(exponent);
-        // What is left of a step once it is added, so that no rounding of the arguments is measured.
+        // The step as it is after rounding, so that no rounding of the arguments is measured.
         let exact = |(x, direction): (&f64, &f64)| (x + distance * direction) - x;
         let steps: Vec<f64> = x.iter().zip(&direction).map(exact).collect();
         let mut defined = true;

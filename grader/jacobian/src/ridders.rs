@@ -249,7 +249,7 @@ mod tests {
         let noise = 4.0 * f64::EPSILON;
         assert_eq!(derivative(|x| (x - 1.0).max(0.0), 1.0, 0.25, noise), Difference::Kink);
         assert_eq!(derivative(|x| (x - 1.0).abs() + x * x, 1.0, 0.25, noise), Difference::Kink);
-        // With a kink beside the point but within the first steps, the smaller steps still work.
+        // With a kink near the point but within the first steps, the smaller steps still work.
         let Difference::Smooth(beside) = derivative(|x| (x - 1.125).max(0.0), 1.0, 0.25, noise)
         else {
             panic!()
@@ -263,7 +263,7 @@ mod tests {
         // At 1e8 + 1/8 the steps are multiples of 2⁻²⁶.
         assert!(exact_steps(1e8 + 0.125, 2.0_f64.powi(-26)).is_some());
         assert!(exact_steps(1e8 + 0.125, 2.0_f64.powi(-27)).is_none());
-        // A full mantissa loses its last digit beside 1.
+        // A full mantissa loses its last digit when 1 is added.
         assert!(exact_steps(0.1, 1.0).is_none());
         assert_eq!(derivative(|x| x, 1e17, 1.0, 1.0), Difference::Unavailable);
         assert_eq!(derivative(|_| f64::NAN, 1.0, 1.0, 1.0), Difference::Unavailable);

@@ -201,7 +201,7 @@ pub fn observe(function: &mut Function<'_>, state: &State) -> Option<Observation
     Some(Observation { matrix, values, noise, wrong, open, bound, agreed, single })
 }
 
-/// What the check of one state needs.
+/// A state to check, with its noise and the analytic matrix.
 struct Point<'a> {
     state: &'a State,
     noise: &'a [f64],

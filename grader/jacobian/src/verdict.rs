@@ -72,7 +72,7 @@ impl Reason {
         }
     }
 
-    /// What it means.
+    /// Its meaning in words.
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Disagreement => "the estimates contradict each other",

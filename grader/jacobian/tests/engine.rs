@@ -123,7 +123,7 @@ fn kinks_jumps_and_undefined_points_are_said_and_accuse_nobody() {
     assert_eq!([jump.states[0].kinks, jump.states[0].jumps], [0, 1], "{jump}");
     let nowhere = checked(|_| vec![f64::NAN], |_| vec![1.0], [1, 1], &at(&[&[2.0]]));
     assert_eq!(nowhere.verdict, Verdict::Inconclusive(Reason::Degenerate));
-    // Beside the kink, one other point decides.
+    // Next to the kink, one other point decides.
     let both =
         checked(|x| vec![x[0].abs()], |x| vec![x[0].signum()], [1, 1], &at(&[&[0.0], &[0.3]]));
     assert_eq!(both.verdict, Verdict::Correct, "{both}");

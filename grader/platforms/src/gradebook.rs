@@ -37,7 +37,7 @@ struct Format {
     keeps_empty: bool,
     /// Label of the row with the points possible.
     possible: Option<&'static str>,
-    /// What follows the name of the column of points.
+    /// Text after the name of the column of points.
     suffix: &'static str,
     /// Name and cells of a last column.
     end: Option<(&'static str, &'static str)>,

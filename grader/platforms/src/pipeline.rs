@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! GitHub    .github/workflows/grade.yml    summary and annotations by `--report github`
-//! GitLab    .gitlab-ci.yml                 JUnit, which GitLab shows beside the pipeline
+//! GitLab    .gitlab-ci.yml                 JUnit, which GitLab shows with the pipeline
 //! ```
 //!
 //! Students of a host can edit the file, and read what its token reads.
@@ -25,7 +25,7 @@ pub const GITHUB: Host =
 pub const GITLAB: Host =
     Host { path: ".gitlab-ci.yml", template: include_str!("gitlab/gitlab-ci.yml") };
 
-/// What the pipeline does.
+/// Settings of the pipeline.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
     /// The repository with the grader, the scenes and the oracle, as `OWNER/NAME`.

@@ -27,7 +27,7 @@ pub enum Program {
     Source,
 }
 
-/// What the package does.
+/// Settings of the package.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
     /// The assignment. Without one, a submission could choose its own.

@@ -56,7 +56,7 @@ impl Previous {
     }
 }
 
-/// Mark of a submission over the limit, in the data beside its results.
+/// Mark of a submission over the limit, in the data stored with its results.
 pub(super) const REFUSED: &str = "refused";
 
 impl Metadata {

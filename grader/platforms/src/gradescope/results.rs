@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::score::Score;
 
-/// What the results show.
+/// The data that the results show.
 #[derive(Debug, Clone, Copy)]
 pub struct Results<'a> {
     /// The grading.
@@ -117,7 +117,7 @@ impl Results<'_> {
         render(&document)
     }
 
-    /// What is wrong, the totals, and what changed the points.
+    /// The findings, the totals, and the changes of the points.
     fn overview(&self, same: Option<&SceneResult>) -> io::Result<String> {
         let mut out = Vec::new();
         if same.is_some() {

@@ -17,9 +17,9 @@ use super::metadata::Metadata;
 pub struct Score {
     /// Points earned, extra credit included.
     pub earned: f64,
-    /// What lateness takes off, if it is late.
+    /// The deduction for lateness, if it is late.
     pub lateness: Option<Lateness>,
-    /// The points of the submission, after what lateness takes off.
+    /// The points of the submission, after the deduction for lateness.
     pub own: f64,
     /// The points that count.
     pub counted: f64,
@@ -59,7 +59,7 @@ impl Score {
         Self { counted: kept.map_or(0.0, |kept| kept.max(0.0)), ..Self::default() }
     }
 
-    /// What changed the points, a sentence each.
+    /// The reasons for changes of the points, a sentence each.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if let Some(Lateness { days, percent }) = self.lateness {

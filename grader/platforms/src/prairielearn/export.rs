@@ -14,7 +14,7 @@ use serde_json::json;
 use super::results;
 use crate::package::PackageFile;
 
-/// What the question does.
+/// Settings of the question.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
     /// The assignment.

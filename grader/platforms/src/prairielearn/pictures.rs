@@ -19,7 +19,6 @@ const GREY: Paint = Paint { rgb: [150, 150, 150], opacity: 1.0 };
 /// A picture.
 #[derive(Clone, Serialize)]
 pub(super) struct Image {
-    /// What it shows.
     label: String,
     /// Its data, as a URL.
     url: String,

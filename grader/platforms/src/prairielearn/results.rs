@@ -1,7 +1,7 @@
 //! `results.json`: one test per feature with points, and pictures of the first scenes that are wrong.
 //!
 //! The score is a share of the required points. Extra credit makes up for lost points, and never exceeds them: a test of it
-//! has no points of its own to lose, since PrairieLearn shows the sums of points and of maxima above all. A submission that
+//! has no points to lose, since PrairieLearn shows the sums of points and of maxima above all. A submission that
 //! cannot be built, or that could not be judged, is not gradable: it does not count as an attempt. PrairieLearn shows
 //! `output` as it is, and `format_errors` as a paragraph.
 
@@ -98,7 +98,7 @@ pub fn not_gradable(reason: &str, printed: &str) -> io::Result<String> {
     to_text(&Document { format_errors, output, ..Document::default() })
 }
 
-/// What extra credit changes about the score; nothing if none was earned.
+/// The effect of extra credit on the score, in words; empty if none was earned.
 fn made_up(required: &Credit, extra: &Credit) -> String {
     let lost = required.points - required.earned;
     let [shown, extra, lost] = [required.points, extra.earned, lost].map(points::shown);

@@ -26,7 +26,7 @@
 //! 256 is the backward error at which the simulator accepts a linear solution, `8 p`, for the 28 entries of the
 //! fullest row in the suite. Numbers below 2⁻¹⁰²² are multiples of 2⁻¹⁰⁷⁴ = ε 2⁻¹⁰²² and have the same rounding error
 //! as 2⁻¹⁰²². This is added to the size of each term: `m + h² k + h b` times for a velocity, once for a force.
-//! The rounding error of a stage is that of its own terms and what those before it pass on to it:
+//! The rounding error of a stage is that of its terms, plus the errors of the stages before it:
 //!
 //! ```text
 //! δF = |F| + k δX + b δV        δV = |v| + |V| + h Σ |a| (|F| + δF)/m        δX = |x| + |X| + h Σ |b| (|V| + δV)
@@ -35,8 +35,8 @@
 //! Of a controlled step, the parts depend on the last bits of the estimate, and each may be wrong by the tolerance: the
 //! bound is the tolerance times the number of parts, times 4 for errors that grow in the step.
 //!
-//! A solver may be backward stable by norm alone, and not row by row: one that takes `A` for symmetric where it is so beside its
-//! largest entry, or a singular value decomposition. By [`Equation::solved_by_norm`], a linearized step may also leave
+//! A solver may be backward stable by norm alone, and not row by row: one that takes `A` for symmetric where it is so relative
+//! to its largest entry, or a singular value decomposition. By [`Equation::solved_by_norm`], a linearized step may also leave
 //! `64 ε ‖A‖ ‖v' − v‖` in a row, of the largest row sum and the largest change, but for particles that no derivative acts on.
 //!
 //! A method with a fixed number of rounds solves no equation, so only `x' = x + h v'` is checked. Cost: two or three
@@ -181,7 +181,7 @@ impl Equation {
         }
     }
 
-    /// Those of `scene`, with linear systems solved as accurately as is usual beside the largest entry of the whole matrix.
+    /// Those of `scene`, with linear systems solved as accurately as is usual relative to the largest entry of the matrix.
     pub fn solved_by_norm(scene: &Scene) -> Self {
         Self { by_norm: BY_NORM, ..Self::new(scene) }
     }

@@ -158,7 +158,7 @@ impl<const N: usize> Damping<N> {
     }
 }
 
-/// What damping adds, by the largest stretch and that per length.
+/// The scale of damping, by the largest stretch and that per length.
 pub(super) fn damping_scale(
     stiffness: f64,
     weight: f64,

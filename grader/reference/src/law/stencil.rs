@@ -9,7 +9,7 @@
 //!            ε = ∇Φᵀ∇Φ − I:  eᵀ ε ē' = e·e' − ē·ē' for edges e, e' and the undeformed ē, ē'
 //! ```
 //!
-//! A hinge is damped by `β θ'` beside `θ − θ0`, with `θ'` the rate of the angle.
+//! Damping of a hinge adds `β θ'` to `θ − θ0`, with `θ'` the rate of the angle.
 //!
 //! A law with an energy `U(x)` is stated by it ([`forces_of`]): dual numbers of dual numbers give its Jacobians. The triangle is
 //! stated by inner products of edges: no formula of the hand-out for the strain is repeated. With `D` the undeformed

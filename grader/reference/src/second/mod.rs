@@ -147,7 +147,7 @@ impl Stepping {
 }
 
 impl Second {
-    /// `None` where the scene's method has no second implementation: it ends at a tolerance of its own, or takes rounds.
+    /// `None` where the scene's method has no second implementation: it has its own tolerance, or takes rounds.
     pub fn new(scene: &Scene, style: Style, seed: u64) -> Option<Self> {
         let methods = [Stepping::of(scene, false)?, Stepping::of(scene, true)?];
         let (scene, laws) = (scene.clone(), Laws::new(scene));

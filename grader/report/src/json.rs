@@ -55,7 +55,7 @@ struct Report {
     protection: Option<Vec<&'static str>>,
     /// The protections that were not in force; null as above.
     protection_missing: Option<Vec<&'static str>>,
-    /// What a course pack took from the hand-in, in words; null without a pack.
+    /// The files that a course pack took from the hand-in, in words; null without a pack.
     taken: Option<String>,
     /// Result of re-running some scenes; null if no program was run.
     repetition: Option<JsonRepetition>,

@@ -1,5 +1,5 @@
-//! Remarks beside the findings that all reports for people show: failed scenes that no finding explains, and what single
-//! steps of a program show.
+//! Remarks that all reports for people show in addition to the findings: failed scenes that no finding explains, and
+//! results of single steps of a program.
 
 use grader::grading::{Grading, SceneResult, Since};
 use grader::probe::{self, PartReport, Probing};
@@ -64,7 +64,7 @@ pub(crate) fn unexplained(grading: &Grading) -> Vec<Unexplained<'_>> {
     found
 }
 
-/// What is wrong with a function, in a line.
+/// The mistake of a function, in a line.
 fn wrong_function(verdict: &Verdict) -> Option<&str> {
     match verdict {
         Verdict::Fail(Failure::WrongFunction { detail }) => detail.lines().next(),
@@ -115,7 +115,7 @@ pub(crate) fn named<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String
     names.take(NAMES).collect::<Vec<_>>().join(", ") + &more
 }
 
-/// What changed since the last run, in a sentence; `None` if nothing did.
+/// The changes since the last run, in a sentence; `None` if there are none.
 pub(crate) fn since(since: &Since) -> Option<String> {
     let Since { mended, broken } = since;
     let parts = [(mended, "failed before and pass"), (broken, "passed before and fail")];

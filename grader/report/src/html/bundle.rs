@@ -1,7 +1,7 @@
 //! All pages of a report in one file that can be sent.
 //!
 //! Each page is a `<template>`; the address names the one that is shown (`assets/bundle.js`). Scripts and styles are in the
-//! file, and the policy names their hashes: no other script runs, as in pages beside their assets.
+//! file, and the policy names their hashes: no other script runs, as in pages with separate assets.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Pages are plain files that work from the file system and from any web server, and request nothing but the assets
-//! beside them. They therefore use neither modules nor `fetch`, which browsers refuse for files: scripts are loaded by
+//! next to them. They therefore use neither modules nor `fetch`, which browsers refuse for files: scripts are loaded by
 //! `<script src>`, and data are elements of the page. The scripts use no library: the pages need a canvas, a line chart
 //! and a filter, a few hundred lines.
 //!

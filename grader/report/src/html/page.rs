@@ -7,8 +7,8 @@ use std::io;
 
 use grader::boundary::printed::steers;
 
-/// Policy of every page: scripts and styles from beside it, and no request to anywhere else. Text in a page can so
-/// never run as a script.
+/// Policy of every page: scripts and styles from the same site or from files, and no other request. Text in a page
+/// can so never run as a script.
 const POLICY: &str = "default-src 'none'; script-src 'self' file:; style-src 'self' file:; img-src data:; \
                       base-uri 'none'; form-action 'none'";
 

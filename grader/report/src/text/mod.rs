@@ -62,7 +62,7 @@ pub enum Amount {
     },
 }
 
-/// What the commands that a report proposes need.
+/// Inputs of the commands that a report proposes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NextCommands {
     /// The submission and the options with which `grade` finds and runs it.
@@ -434,7 +434,7 @@ fn write_summary(
     }
 }
 
-/// Writes the points that the teacher granted or withdrew, and the sum. What lateness takes off is not known here.
+/// Writes the points that the teacher granted or withdrew, and the sum, without the deduction for lateness.
 pub(super) fn write_adjustments(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     for Adjustment { points, reason } in &grading.adjustments {
         let sign = if *points < 0.0 { "" } else { "+" };
@@ -457,7 +457,7 @@ pub(super) fn outcome(grading: &Grading) -> String {
         .as_ref()
         .is_some_and(|probing| probing.verdict() == grader::probe::Verdict::Wrong);
     match grading.outcome() {
-        // What is measured costs no points.
+        // Mistakes that only measurements show cost no points.
         GradingOutcome::Passed | GradingOutcome::PassedShipped if is_measured_wrong => {
             let which = if grading.is_flawless() { "features" } else { "required features" };
             format!("All {which} passed; single steps show a mistake.")

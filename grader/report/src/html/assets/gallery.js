@@ -1,6 +1,6 @@
 "use strict";
 
-/* Playback of the scenes of a gallery. The motion of a scene is in a script of its own, which is loaded when the scene
+/* Playback of the scenes of a gallery. The motion of a scene is in a separate script, which is loaded when the scene
  * comes into view. */
 Report.motions = {};
 

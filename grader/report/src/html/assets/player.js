@@ -346,7 +346,7 @@ Report.Player = class {
     host.append(Report.element("figure", { class: "chart paths" },
       Report.element("figcaption", {}, "Paths from the first state to the last: submission solid, oracle dashed"),
       Report.element("div", { class: "stage" }, canvas)));
-    // What is wrong at some step says nothing of the whole.
+    // A wrong step says nothing of the whole.
     const view = new Report.View(canvas, { ...this.data, firstWrong: null });
     view.options = { ghost: true, arrows: false, paths: true };
     canvas.dataset.step = this.data.frames[this.last];

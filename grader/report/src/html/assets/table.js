@@ -1,6 +1,6 @@
 "use strict";
 
-/* Filters of tables: rows have data-verdict, a form beside them has a field `verdict` and a field `text`. */
+/* Filters of tables: rows have data-verdict, sections a form with a field `verdict` and a field `text`. */
 for (const section of document.querySelectorAll("[data-filtered]")) {
   const form = section.querySelector("form");
   const rows = [...section.querySelectorAll("tbody tr")];

@@ -390,7 +390,7 @@ fn conditional(policy: Policy) -> Result<Rules, Error> {
         libc::SYS_setpriority,
         vec![rule(&[(0, SeccompCmpOp::Eq, process), (1, SeccompCmpOp::Eq, 0)])?],
     );
-    // Libraries pass the numbers of their own threads, which belong to the run. The keeper, process 1, does not.
+    // Libraries pass the IDs of the run's threads. The keeper, process 1, is not one of them.
     let own = if policy.isolated { rule(&[(0, SeccompCmpOp::Ne, 1)])? } else { equal(0, 0)? };
     for call in [
         libc::SYS_sched_setaffinity,

@@ -8,7 +8,7 @@
 //!   into a child group, because the kernel enables controllers in a group only if its parent contains no process.
 //!   `systemd-run --user --scope -p Delegate=yes grade …` creates a delegated group.
 //! - **Version 2, superuser**: below the nearest group above that gives memory controllers to its children.
-//! - **Version 1**: below the groups of `grade`, for the superuser. Each controller has a hierarchy of its own.
+//! - **Version 1**: below the groups of `grade`, for the superuser. Each controller has a separate hierarchy.
 //! - **Scopes**: for an ordinary user without a delegated group, the service manager starts each starter in a delegated one.
 //!
 //! Each starter has one group, because the runs of a starter follow one another.

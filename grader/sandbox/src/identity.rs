@@ -1,4 +1,4 @@
-//! Unprivileged user of a run: a user ID of its own if root starts it, and no capabilities in any case.
+//! Unprivileged user of a run: a separate user ID if root starts it, and no capabilities in any case.
 
 use std::collections::HashSet;
 use std::fs;
@@ -88,7 +88,7 @@ impl Claim {
         let started = Instant::now();
         loop {
             let busy = users_of_processes();
-            // An ID that other processes have as well is the last choice: they cannot be told from the run's by it.
+            // An ID that other processes also have is the last choice: it does not distinguish them from the run.
             let mut shared = None;
             for number in free {
                 let name = SocketAddr::from_abstract_name(format!("{}{number}", scratch::PREFIX))?;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! grade ── starter ── supervisor ───────────────── keeper ───────────────────────── program ── …
-//!          no network namespaces, control group    mounts, root of its own          own user, no capabilities,
+//!          no network namespaces, control group    mounts, separate root            own user, no capabilities,
 //!                     watches the run's limits     first process of the namespace   Landlock, seccomp, rlimits
 //! ```
 //!
@@ -19,7 +19,7 @@
 //! - **Limits**: of a process by rlimits, of the whole run by the supervisor, by the size of its tmpfs, and by a
 //!   control group where one can be had (`cgroup.rs`).
 //! - **Landlock** (`landlock.rs`): a second layer, and the first if the system refuses namespaces.
-//! - **Own user** (`identity.rs`): if root starts it, a program runs under an unprivileged user ID of its own.
+//! - **Own user** (`identity.rs`): if root starts it, a program runs under a separate, unprivileged user ID.
 //!
 //! [`Sandbox::open`] finds the strongest combination that the system grants, and tests each protection from the
 //! inside (`check.rs`). If a protection cannot be set up, the program does not run.
@@ -196,7 +196,7 @@ pub enum Protection {
     /// Memory that no process shows as its own: the kernel counts all memory of the run.
     Memory,
     /// Files in folders that only their owner may open: weaker than [`Protection::Files`], and in force only in its place. A
-    /// program of a user ID of its own sees every other file that everybody may read.
+    /// program with a separate user ID sees every other file that everybody may read.
     ClosedFolders,
 }
 
@@ -378,7 +378,7 @@ impl Sandbox {
     /// Runs a program to its end. If protected, none of its processes is left afterwards.
     ///
     /// # Errors
-    /// If it could not be run through no fault of its own.
+    /// If the sandbox could not run it.
     pub fn run(&self, job: &Job) -> Result<Outcome, SandboxError> {
         match self {
             #[cfg(target_os = "linux")]
@@ -391,7 +391,7 @@ impl Sandbox {
 
     /// A scratch folder for a run with these limits.
     ///
-    /// It is in memory for a run that has a root of its own and may write little: to make and remove its few files on a disk
+    /// It is in memory for a run that has a separate root and may write little: to make and remove its few files on a disk
     /// takes a third of the time of a short run, and all of it where other programs write.
     ///
     /// # Errors

@@ -249,7 +249,7 @@ impl Run {
                 if let Some(exceeded) = self.exceeded(started.elapsed()) {
                     return Ok(Some(exceeded));
                 }
-                // With many processes, polling must not take most of the time. What counts is its processor time: a wait
+                // With many processes, polling must not take most of the time. Its processor time counts: a wait
                 // for a processor that the program keeps busy must not make the polls rarer.
                 let spent = processor_time().saturating_sub(before);
                 pause = (pause * 3 / 2).min(LONGEST_PAUSE).max(spent * 2);

@@ -85,7 +85,7 @@ pub(super) struct Walls {
 }
 
 impl Walls {
-    /// The part of a path that a run cannot open, because others may not read it. In a root of its own, a run meets no folder
+    /// The part of a path that a run cannot open, because others may not read it. In a separate root, a run meets no folder
     /// above the path.
     pub(super) fn closed_part<'a>(&self, path: &'a Path) -> Option<&'a Path> {
         let is_closed = |part: &&Path| {

@@ -394,7 +394,7 @@ pub struct Plan {
     pub seed: u64,
 }
 
-/// What programs are graded by.
+/// Scenes, traces and rubric by which programs are graded.
 #[derive(Clone, Copy)]
 pub struct Inputs<'a> {
     /// Scenes that the student supports, and no others.

@@ -121,7 +121,7 @@ enum Made {
 /// All rows, in order, or those with this subject.
 ///
 /// # Errors
-/// If programs cannot be built or run through no fault of their own.
+/// If the grader or its machine cannot build or run programs.
 pub fn rows(
     suite: &Suite,
     oracle: &Oracle,

@@ -1,5 +1,5 @@
 //! Second simulator, written from the hand-outs alone like a student's: two dimensions, dense matrices over all
-//! particles, fixed particles held by clearing rows and columns. Fast mass-spring is a program of its own, in three
+//! particles, fixed particles held by clearing rows and columns. Fast mass-spring is a separate program, in three
 //! dimensions.
 //!
 //! It shares only the parsed scene with the simulator crate: no force, Jacobian, integrator or solver. Every formula
@@ -165,11 +165,10 @@ pub(crate) struct Explicit {
     pub(crate) velocity: fn(Vec2, Vec2, f64, f64) -> Vec2,
     /// The new position: `(q, v, v', h)`.
     pub(crate) position: fn(Vec2, Vec2, Vec2, f64) -> Vec2,
-    /// What it keeps of the steps before.
     pub(crate) keeps: Keeps,
 }
 
-/// What a step finds in the arrays of the step before.
+/// The content of the arrays at the start of a step.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Keeps {
     /// They are set to zero.
@@ -205,7 +204,6 @@ pub(crate) struct Implicit {
     pub(crate) position: fn(Vec2, Vec2, Vec2, f64) -> Vec2,
     pub(crate) max_iterations: usize,
     pub(crate) tolerance: f64,
-    /// What it keeps of the steps before.
     pub(crate) keeps: Keeps,
 }
 
@@ -335,7 +333,7 @@ const BAR: &str = "elasticbodyspringforce";
 const HINGE: &str = "elasticbodybendingforce";
 const TRIANGLE: &str = "elasticbodycstforce";
 
-/// Whether the student has formulas of its own for the steps of this equation.
+/// Whether the student has formulas for the steps of this equation.
 pub(crate) fn steps_by_itself(equation: StepEquation) -> bool {
     use StepEquation::{ExplicitEuler, ImplicitEuler, LinearizedImplicitEuler, SymplecticEuler};
     matches!(equation, ExplicitEuler | SymplecticEuler | LinearizedImplicitEuler | ImplicitEuler)

@@ -95,8 +95,8 @@ pub fn table(results: &[Result]) -> String {
     text
 }
 
-/// What moving each number of the search does, as a Markdown table: programs with a false statement, and shares of the
-/// planted mistakes that are named and proven, as counts; the first row is the search as it is.
+/// The effect of moving each number of the search, as a Markdown table: programs with a false statement, and shares of
+/// the planted mistakes that are named and proven, as counts; the first row is the search as it is.
 pub fn moved(all: &[Moved]) -> String {
     let mut text = "| number | value | false | named | proven | time |\n| --- | ---: | ---: | ---: | ---: | ---: |\n".to_owned();
     let is_true = |flags: &[bool]| flags.iter().filter(|flag| **flag).count();

@@ -7,7 +7,7 @@
 //! damping ε' = ½ (F'ᵀF + FᵀF')  P += β F (2μ ε' + λ tr ε' I)         F −= c β θ' g of θ' = g·v
 //! ```
 //!
-//! `B` is the inverse of the undeformed edges; of a triangle in axes of its own, so that `F` is 3×2. The change of the
+//! `B` is the inverse of the undeformed edges; of a triangle in its local axes, so that `F` is 3×2. The change of the
 //! stress is by formulas too: `dR` from the singular values of `F`. Force and Hessian have a copy of each formula.
 //!
 //! Every force that is not here is computed by the `reference` crate's law. Sources: Sifakis and Barbič (2012), chapters 3
@@ -97,7 +97,7 @@ const TETRAHEDRA: [&str; 3] = ["stvktetrahedron", "corotatedtetrahedron", "neoho
 const TRIANGLES: [&str; 3] = ["stvktriangle", "corotatedtriangle", "neohookeantriangle"];
 const FOLD: &str = "hingebendingforce";
 
-/// Whether the student supports the scene: in space, by a method with formulas of its own.
+/// Whether the student supports the scene: in space, by a method that it has formulas for.
 pub fn knows_in_space(scene: &Scene) -> bool {
     let is_own = steps_by_itself(scene.integrator.equation);
     let by_time = scene.forces.iter().any(|force| force.schema.depends_on().time);
@@ -154,7 +154,7 @@ impl Solids {
     }
 }
 
-/// Edges of a triangle in axes of its own, the first along its first edge.
+/// Edges of a triangle in local axes, the first along its first edge.
 fn own_axes(corners: &[Vec3]) -> Square<2> {
     let (u, v) = (corners[1] - corners[0], corners[2] - corners[0]);
     let length = u.norm();

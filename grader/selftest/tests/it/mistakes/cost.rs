@@ -1,4 +1,4 @@
-//! What mistakes cost: the points that each loses, by group of scenes.
+//! The cost of mistakes: the points that each loses, by group of scenes.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -74,7 +74,7 @@ fn cost(row: &Row, inputs: &Inputs) -> ByGroup {
     cost
 }
 
-/// What the mistakes with one subject cost on average.
+/// The average cost of the mistakes with one subject.
 struct Costs {
     subject: &'static str,
     own: Option<usize>,

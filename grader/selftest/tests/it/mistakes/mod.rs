@@ -73,7 +73,7 @@ fn whole_suite() -> Suite {
     suite
 }
 
-/// The course's scenes with the traces of its own oracle.
+/// The course's scenes with the course's traces.
 fn courses_scenes() -> Vec<Graded> {
     let folder = course();
     let sections = [(Section::Required, folder.join("scenes"))];

@@ -1,7 +1,7 @@
 //! Measurement of a program, from its traces alone.
 //!
 //! Its time is the wall time of the whole process, including its start, reading the scene, writing the trace and the
-//! sandbox. It is therefore shown beside the built-in simulator's times, but not ranked with them.
+//! sandbox. It is therefore shown next to the built-in simulator's times, but not ranked with them.
 
 use std::time::Instant;
 

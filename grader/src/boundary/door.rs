@@ -24,7 +24,7 @@ pub enum Door {
     Manifest,
     /// A trace.
     Trace,
-    /// What functions of a hand-in give.
+    /// Values that functions of a hand-in return.
     Answers,
     /// Output of a program.
     Printed,

@@ -46,8 +46,8 @@ pub struct PassedOver {
     pub reason: String,
 }
 
-/// The submissions of a folder, sorted by name, and the entries that are skipped. With a pack, any file is a submission. What
-/// systems leave behind is neither.
+/// The submissions of a folder, sorted by name, and the entries that are skipped. With a pack, any file is a submission.
+/// Files that systems leave behind are neither.
 ///
 /// # Errors
 /// If the folder cannot be read.

@@ -90,7 +90,7 @@ impl FirstPhase {
     }
 }
 
-/// Content of a record's signature: the name of the `folder` it is published as, and those of the `runs` beside it.
+/// Content of a record's signature: the name of the `folder` it is published as, and those of the `runs` with it.
 fn signed_name(runs: &Path, folder: &Path) -> io::Result<String> {
     let mut names = Vec::new();
     for entry in fs::read_dir(runs)? {

@@ -245,7 +245,7 @@ mod tests {
     fn longest_submissions_go_first_to_the_least_loaded_shard() {
         let mut plan = plan(&["a", "b", "c", "d", "e", "f"]);
         let seconds = BTreeMap::from([(0, 2.0), (1, 7.0), (2, 4.0), (3, 3.0)]);
-        // Submissions 4 and 5 count as the mean, 4. In order: 1 | 2, 4 | 5 beside 1 | 3, which makes 11 each | 0.
+        // Submissions 4 and 5 count as the mean, 4. In order: 1 | 2, 4 | 5 after 1 | 3, which makes 11 each | 0.
         plan.divide(&[0, 1, 2, 3, 4, 5], &seconds, 2);
         assert_eq!(plan.shards, [vec![0, 1, 5], vec![2, 3, 4]]);
         assert_eq!(plan.estimate(&[1, 5], &seconds), 11.0);

@@ -1,7 +1,7 @@
 //! The scenes below a folder of hand-ins, found without following a link.
 //!
-//! Each entry of the folder is a hand-in with the limits of its own ([`hand_in`](crate::submission::hand_in)). What is
-//! refused in it is an entry with the reason, and hides nothing of the others.
+//! Each entry of the folder is a hand-in with separate limits ([`hand_in`](crate::submission::hand_in)). A refused
+//! part is an entry with the reason, and hides nothing of the others.
 
 use std::ffi::OsStr;
 use std::fs;

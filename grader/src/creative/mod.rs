@@ -15,7 +15,7 @@
 //! | features | the scene stays within the assignment and uses a force or an integrator that is new in it |
 //! | run | every step succeeds within the time limit, and the motion does not depend on the time step alone |
 //! | overlap | no two particles overlap, as they are drawn, in any state that a film shows |
-//! | film | a film of the same name lies beside the file; where both are alone, of any name |
+//! | film | a film of the same name lies next to the file; where both are alone, of any name |
 //!
 //! New in `t1m2` is what `t1m1` does not have. In an assignment without such a predecessor, everything is new.
 

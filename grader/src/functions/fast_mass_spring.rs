@@ -246,7 +246,7 @@ impl Net {
             + weight * c.transpose() * c
     }
 
-    /// What `Q p` is, but for the springs.
+    /// `Q p` without the springs.
     fn fixed(&self) -> DMatrix<f64> {
         let [rest, before, now] = &self.positions;
         let c = self.selection();
@@ -328,7 +328,7 @@ mod tests {
             let is_right = excess(Matrix::Step, count, |_| {}) <= 1.0;
             assert_eq!(is_right, count >= ROUNDS, "{count} rounds");
         }
-        // What is no round at all, and a mistake in each term.
+        // No round at all, and a mistake in each term.
         assert!(excess(Matrix::Round, 0, |_| {}) > 1e3);
         for change in [
             (|net| net.forces *= 1.0 + 1e-6) as fn(&mut Net),

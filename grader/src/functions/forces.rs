@@ -1,4 +1,4 @@
-//! What a function gives of a force: a value by the law of `reference`, at the states of `white_box`, one element a call.
+//! Values of a force that functions return: by the law of `reference`, at the states of `white_box`, one element a call.
 //!
 //! ```text
 //! arguments    D, then masses, positions, velocities of the element's particles, its parameters in the order of the schema
@@ -28,7 +28,7 @@ pub struct ForceQuantity {
     gives: Gives,
 }
 
-/// What a function gives.
+/// The value that a function returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Gives {
     /// The force on each particle.

@@ -41,13 +41,13 @@ pub struct Functions {
 pub struct Function {
     /// Its name in calls and in reports.
     pub name: String,
-    /// What it must give.
+    /// The quantity that it must return.
     pub quantity: Quantity,
     /// Its points.
     pub points: f64,
 }
 
-/// What a function must give.
+/// A quantity that a function must return.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Quantity {
     /// Something of a force.
@@ -149,7 +149,7 @@ struct Wrong<'a> {
     stated: f64,
 }
 
-/// What is wrong with the answers; `None` if nothing is.
+/// The mistake in the answers; `None` if there is none.
 fn compare(calls: &[Call], answers: &Untrusted) -> Option<String> {
     let mut lines = answers.raw(RawUse::Parsing).lines();
     let mut worst: Option<(f64, Wrong<'_>)> = None;
@@ -214,7 +214,7 @@ impl Call {
             let place = |column: usize| (0..self.rows).map(move |row| row * columns + column);
             (0..columns).flat_map(place).map(values).collect()
         };
-        // What may be larger is right as it is.
+        // Entries that may be larger are right as they are.
         let measured = by_column(&|place| {
             let is_larger = self.at_least.contains(&place) && !wrong.contains(&place);
             if is_larger { stated[place] } else { self.expected[place] }

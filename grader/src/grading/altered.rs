@@ -19,8 +19,8 @@
 //! the fewest other such terms. Their numbers have six digits, which a program may read or write wrongly: the same is done
 //! again for terms without a right copy, with copies whose numbers are as short as can be. A term with two wrong copies and
 //! no right one is not shown, and no scene that holds it counts. The copies are of two scenes, unless the suite has only one
-//! with the term: a program with a mistake may pass one scene of many by chance. What is not confirmed otherwise is reported,
-//! and costs nothing.
+//! with the term: a program with a mistake may pass one scene of many by chance. Scenes not confirmed otherwise are reported,
+//! and cost nothing.
 //!
 //! Cost: one run for each integrator and dimension, or two, for a program that simulates. Others are stopped after
 //! `MOST_EXCEEDED` exceeded limits.
@@ -96,7 +96,7 @@ pub struct Passed<'a> {
 pub struct Copied {
     /// Number of shipped scenes that the program passed.
     pub passed: usize,
-    /// What it fails throughout, if it passes nothing but shipped scenes.
+    /// The counts of scenes, if it passes nothing but shipped scenes.
     pub only_shipped: Option<OnlyShipped>,
     /// Passed scenes that do not count, with the terms that the program does not show.
     pub withdrawn: Vec<Withdrawn>,
@@ -688,7 +688,7 @@ impl<'a> Search<'a> {
         self.not_shown().into_iter().filter(is_refuted).collect()
     }
 
-    /// What is not confirmed; `doubted` are the terms that are refuted by copies with numbers of six digits.
+    /// Unconfirmed scenes; `doubted` are the terms that are refuted by copies with numbers of six digits.
     fn result(
         &self,
         suite: &Suite,

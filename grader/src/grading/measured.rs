@@ -1,5 +1,5 @@
-//! What the probe calls wrong, held against the findings: single steps cannot tell a mistake of the method, of the output or
-//! of what all forces need from one of every force.
+//! Comparison of the probe's verdicts with the findings: single steps cannot distinguish a mistake of the method, of the
+//! output or of something that all forces need from one of every force.
 
 use std::collections::BTreeSet;
 
@@ -11,8 +11,8 @@ use crate::probe::{Block, PartReport, Probing, Verdict};
 
 /// Takes back what is called wrong of a force that no finding names, where a finding explains it: wrong numbers in the
 /// output, or something wrong of the method whose steps measure it, known or not, or a proven mistake of the reading, the precision
-/// or the functions that every step needs. Where every force is wrong, something that all forces need may be. What steps of a
-/// scene that passed depend on is right there, and wrong under other circumstances at most.
+/// or the functions that every step needs. Where every force is wrong, something that all forces need may be. Parts that
+/// steps of a passed scene depend on are right there, and wrong under other circumstances at most.
 pub(super) fn take_back(probing: &mut Probing, findings: &[Finding], passed: &[&Scene]) {
     let is_of_all = |feature: &Feature| {
         matches!(feature, Feature::Reading | Feature::Helpers | Feature::Precision)

@@ -97,7 +97,7 @@ fn says_something(run: &RunFailure) -> bool {
     (1..SIGNALS).contains(&status) && !text.trim().is_empty() && !is_uncaught
 }
 
-/// What a program printed, in lower case.
+/// The output of a program without warnings, in lower case.
 fn said(run: &RunFailure) -> String {
     let text = run.output.text.raw(RawUse::Comparison).to_lowercase();
     without_warnings(&text).collect::<Vec<&str>>().join("\n")

@@ -36,7 +36,7 @@ pub struct Grading {
     pub features: Vec<FeatureResult>,
     /// Protection under which its programs ran; `None` where it has none.
     pub protection: Option<Vec<Protection>>,
-    /// What a pack took from the hand-in, in words; `None` without a pack.
+    /// The files that a pack took from the hand-in, in words; `None` without a pack.
     pub taken: Option<Untrusted>,
     /// Whether its programs are deterministic; `None` where it has none.
     pub repetition: Option<Repetition>,

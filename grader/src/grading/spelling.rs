@@ -39,7 +39,7 @@ enum Habit<'a> {
     Before(&'a str, Named),
 }
 
-/// What an element names by its number.
+/// The objects that an element refers to by number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Named {
     Particles,
@@ -47,7 +47,7 @@ enum Named {
 }
 
 impl Named {
-    /// What elements of this tag with these attributes name.
+    /// The objects that elements of this tag with these attributes refer to.
     fn by(tag: &str, attributes: &[&str]) -> Option<Self> {
         if attributes.contains(&"edge") {
             return Some(Self::Edge);
@@ -109,7 +109,7 @@ enum Reached {
     Passes,
 }
 
-/// What a program does not read in the file of a failed scene.
+/// Spelling habits in the file of a failed scene that a program does not read.
 struct Unread {
     /// The habits, in words; none if they are not known.
     words: Vec<String>,
@@ -138,7 +138,7 @@ pub(super) fn misread(
     found.map(|(words, scenes)| Finding::of_misread(&words, scenes)).collect()
 }
 
-/// What is said of each scene. One that fails by another mistake as well shows no habits but those that others show.
+/// The remark on each scene. One that fails by another mistake as well shows no habits but those that others show.
 fn said(unread: &[Option<Unread>]) -> Vec<Option<String>> {
     let shown = unread.iter().flatten().filter(|one| one.is_shown);
     let shown: BTreeSet<&String> = shown.flat_map(|one| &one.words).collect();
@@ -152,7 +152,6 @@ fn said(unread: &[Option<Unread>]) -> Vec<Option<String>> {
     unread.iter().map(|one| one.as_ref().and_then(of)).collect()
 }
 
-/// What the program does not read in a file that fails.
 fn unread(program: &Program, oracle: &Oracle, judged: &Judged<'_>) -> Option<Unread> {
     let Judged { case, result, states, .. } = judged;
     let verdict = &result.comparison.verdict;

@@ -1,7 +1,7 @@
 //! Regenerates all oracle traces with the built-in simulator. The folder is replaced as a whole or not at all.
 //!
 //! ```text
-//! Staged::make   new traces, in a folder beside the old one, each compared with its old trace
+//! Staged::make   new traces, in a folder next to the old one, each compared with its old trace
 //!      │         `regenerate --accept` decides at once, `review` asks
 //! Staged::replace   old traces of changes that are not accepted go back; the two folders are exchanged
 //! ```
@@ -219,7 +219,7 @@ pub enum RegenerateError {
     },
 }
 
-/// New traces in a folder beside the old one, which is removed unless it takes the old one's place.
+/// New traces in a folder next to the old one. It is removed unless it takes the old one's place.
 pub struct Staged {
     folder: PathBuf,
     place: FolderLocation,
@@ -411,7 +411,7 @@ impl FolderLocation {
     }
 }
 
-/// A new empty folder beside the one to replace. Remainders of interrupted runs are removed.
+/// A new empty folder next to the one to replace. Remainders of interrupted runs are removed.
 pub(super) fn stage(
     FolderLocation { parent, name }: &FolderLocation,
 ) -> Result<TempDir, RegenerateError> {

@@ -1,4 +1,4 @@
-//! What is wrong with a pack, as far as its files show, and what its example programs show.
+//! Mistakes of a pack, found from its files and from its example programs.
 //!
 //! [`files`] looks at scenes, traces, points and the files that a hand-in is built with; [`example`] compares the verdicts of an
 //! example with what the pack says of it.
@@ -27,9 +27,9 @@ const HEAD: u64 = 4096;
 pub struct Finding {
     /// Whether it is only a warning.
     pub is_warning: bool,
-    /// What is wrong, and where.
+    /// The mistake and its place.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub help: String,
 }
 
@@ -50,7 +50,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What a pack grades by.
+/// The scenes and traces that a pack grades by.
 #[derive(Debug, Clone, Copy)]
 pub struct Graded<'a> {
     /// The scenes.
@@ -291,7 +291,7 @@ pub fn example(pack: &Pack, example: &Example, suite: &Suite, grading: &Grading)
     found
 }
 
-/// What is wrong if what students start from is graded as it is.
+/// The fault of a pack whose starter code passes as it is.
 pub fn start(grading: &Grading) -> Option<Finding> {
     let scenes =
         grading.features.iter().filter(|result| result.feature.section == Section::Required);
@@ -305,7 +305,7 @@ pub fn start(grading: &Grading) -> Option<Finding> {
     })
 }
 
-/// What students start from, as a hand-in: the files that the patterns take.
+/// The starter code as a hand-in: the files that the patterns take.
 pub fn starting_files(pack: &Pack) -> Vec<(PathBuf, PathBuf)> {
     let layers = pack.layers();
     let files =

@@ -41,7 +41,7 @@
 //! ```
 //!
 //! The project is made of the starter code, of the pack's own files in its folder `project/`, and of the files of the hand-in:
-//! later ones replace earlier ones of the same name. Beside `pack.toml` may lie `assets/`, `extracreditassets/` and `expected/`
+//! later ones replace earlier ones of the same name. The pack may have `assets/`, `extracreditassets/` and `expected/`
 //! (else the scenes that come with the grader are graded), `rubric.toml`, and hidden scenes in `hidden/`.
 
 pub mod check;
@@ -74,7 +74,7 @@ use take::{NotTaken, Pattern, Taken, take};
 /// The manifest's file name.
 pub const MANIFEST: &str = "pack.toml";
 
-/// Folder of the packs that come with the scenes, beside the rubric.
+/// Folder of the packs that come with the scenes, next to the rubric.
 pub const FOLDER: &str = "packs";
 
 /// Maximum size of the manifest, in MiB.
@@ -91,7 +91,7 @@ pub enum PackError {
     NoStarter {
         /// The folder.
         folder: PathBuf,
-        /// What to do.
+        /// The remedy.
         help: String,
     },
     /// The archive of the pack cannot be unpacked.
@@ -107,7 +107,7 @@ pub enum PackError {
     NoPack {
         /// The folder.
         path: PathBuf,
-        /// What to do.
+        /// The remedy.
         help: String,
     },
 }
@@ -123,7 +123,7 @@ struct PackFile {
     assignment: Option<String>,
     /// The sum of the points of required features, for `grade pack check`.
     points: Option<f64>,
-    /// Whether a hand-in with a `submission.toml` of its own is built and run as that says.
+    /// Whether a `submission.toml` in the hand-in decides how it is built and run.
     #[serde(default)]
     submission_toml: bool,
     hand_in: HandInTable,
@@ -161,7 +161,7 @@ struct StarterTable {
     /// Patterns of the files that are laid; all, if left out.
     #[cfg_attr(test, schemars(with = "Option<Vec<String>>"))]
     files: Option<Vec<Spanned<String>>>,
-    /// What to do if the folder is missing.
+    /// The remedy if the folder is missing.
     help: Option<String>,
 }
 
@@ -212,7 +212,7 @@ struct FunctionsTable {
 struct FunctionTable {
     /// Its name in calls and in reports: one word.
     name: String,
-    /// What it must give: `springforce/jacobian-x`, `fast-mass-spring/A`.
+    /// The quantity that it must return: `springforce/jacobian-x`, `fast-mass-spring/A`.
     is: String,
     /// Its points.
     points: f64,
@@ -280,7 +280,7 @@ pub struct Example {
     pub line: usize,
 }
 
-/// Why a hand-in is not built: through no fault of its own.
+/// A fault of the grader or its machine that stops a build.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct NotBuilt(String);
@@ -436,7 +436,7 @@ impl Pack {
         &self.folder
     }
 
-    /// The hash of what a program is built from, beside the hand-in.
+    /// The hash of the files, besides the hand-in, that a program is built from.
     pub fn hash(&self) -> &str {
         &self.hash
     }
@@ -494,7 +494,7 @@ impl Pack {
     /// Builds the hand-in at `path`. A defect of the hand-in is its verdict.
     ///
     /// # Errors
-    /// If it is not built through no fault of its own.
+    /// If the grader or its machine cannot build it.
     pub fn submission(
         &self,
         path: &Path,

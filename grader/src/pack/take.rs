@@ -114,7 +114,6 @@ pub(crate) enum NotTaken {
     Nothing {
         /// The patterns.
         patterns: String,
-        /// What it holds.
         found: String,
     },
     /// Several places are equally good.

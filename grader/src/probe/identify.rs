@@ -17,7 +17,7 @@
 //!
 //! If no matrix leaves a small residual, the step itself is wrong: other masses on the left or another right-hand side
 //! are tried ([`MODELS`]). If no model fits, the groups are stepped again, in smaller sets and in reverse order. An exact
-//! solver takes the same steps beside fewer groups, an iterative solver that stops early does not; the difference
+//! solver takes the same steps with fewer groups, an iterative solver that stops early does not; the difference
 //! measures its error. In another order its steps change by no more than that: if they change much, the step is wrong.
 
 use nalgebra::DMatrix;
@@ -310,7 +310,7 @@ impl Experiment {
         [left, right]
     }
 
-    /// Largest difference of these steps from the first of its own, relative to the largest term of the equations.
+    /// Largest difference of these steps from its own first ones, relative to the largest term of the equations.
     fn difference(&self, others: &[Vec<f64>]) -> f64 {
         let mut largest: f64 = 0.0;
         for ((other, change), twin) in others.iter().zip(&self.changes).zip(&self.twins) {

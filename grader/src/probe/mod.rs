@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! explicit Euler, h = 1, from (x, v)                 F = M (v' − v)
-//! the same from states around it                     ∂F/∂x, ∂F/∂v of its own force, with error bars
+//! the same from states around it                     ∂F/∂x, ∂F/∂v of its force, with error bars
 //! linearized implicit Euler from (x − h v, v)        (M − A) δ = h F      A = h² ∂F/∂x + h ∂F/∂v
 //! ```
 //!

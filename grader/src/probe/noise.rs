@@ -14,7 +14,7 @@
 //! force against ours          FORCE σ                  and 64 ε of the largest force
 //! differences of the force    |extrapolation error| + DIFFERENCE σ Σ|weights|         (differences.rs)
 //! matrix of the steps         MATRIX s √(ΔᵀΔ)⁻¹_cc     s: residual of the least squares (identify.rs)
-//! steps that no matrix fits   CLEAR times the change of the same steps beside fewer particles
+//! steps that no matrix fits   CLEAR times the change of the same steps with fewer particles
 //! ```
 //!
 //! Two numbers agree within the bound, and differ beyond [`CLEAR`] times the bound; in between there is no verdict. For

@@ -166,8 +166,8 @@ fn every_part() -> Vec<Part> {
     force::REGISTRY.iter().flat_map(|kind| of_force(&kind.schema)).collect()
 }
 
-/// The force beside which parts are measured. Without it, gravitation is measured alone, and forces on every particle
-/// beside gravitation.
+/// The force together with which parts are measured. Without it, gravitation is measured alone, and forces on every
+/// particle together with gravitation.
 pub(super) fn companion() -> Elements {
     Elements::up_to("springforce", "elastic")
 }
@@ -177,7 +177,7 @@ pub(super) fn exciter() -> Elements {
     Elements::up_to("constantforce", "all")
 }
 
-/// The force beside which forces on every particle are measured if there are no springs.
+/// The force together with which forces on every particle are measured if there are no springs.
 pub(super) fn second_companion() -> Elements {
     Elements::up_to("gravitationalforce", "all")
 }

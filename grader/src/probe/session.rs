@@ -57,7 +57,7 @@ impl<'a> Session<'a> {
         Self { offer, states, forces: Vec::new(), steps: Vec::new() }
     }
 
-    /// The reports on these parts. What they need is measured in parallel.
+    /// The reports on these parts, from parallel measurements.
     pub(super) fn reports(&mut self, parts: &[&'static Part]) -> Vec<PartReport> {
         let mut elements: Vec<[Elements; 1]> = Vec::new();
         for needed in parts.iter().flat_map(|part| [Some(part.full), part.without]).flatten() {

@@ -66,7 +66,7 @@
 //! traces = false         # folders of traces; true: a folder without submission.toml is graded as traces
 //!
 //! [protection]           # protections without which no program is run
-//! require = ["files"]    # or "closed-folders", which accepts a user ID of its own and closed folders in their place
+//! require = ["files"]    # or "closed-folders", which accepts a separate user ID and closed folders in their place
 //! hidden-without-namespaces = false    # whether hidden scenes run where a program could tell the next one about them
 //! ```
 //!
@@ -96,7 +96,7 @@ use creative::CreativeRule;
 use late::{LateRule, PlatformRule};
 use sandbox::{Limits, Protection};
 
-/// Name of the rubric's file, beside the required scenes or in a pack.
+/// Name of the rubric's file, next to the required scenes or in a pack.
 pub const FILE: &str = "rubric.toml";
 
 /// Maximum size of a rubric, in MiB.
@@ -575,7 +575,7 @@ impl Rubric {
         self.protections.as_deref().unwrap_or(&[Protection::Files])
     }
 
-    /// Whether programs run on hidden scenes under these protections. Without a process namespace of its own, a program can
+    /// Whether programs run on hidden scenes under these protections. Without a separate process namespace, a program can
     /// leave a number for another one in counts of the machine.
     pub fn runs_hidden_under(&self, protections: &[Protection]) -> bool {
         self.hidden_without_namespaces || protections.contains(&Protection::Processes)

@@ -237,7 +237,7 @@ impl SubmissionManifest {
     }
 }
 
-/// What to write, if a command at this place is one text instead of a list of words.
+/// The correction, if a command at this place is one text instead of a list of words.
 fn not_a_list(text: &str, place: Range<usize>) -> Option<String> {
     let (before, value) = (text.get(..place.start)?, text.get(place)?);
     let key = before.lines().last()?.trim_end_matches(['=', ' ']).trim();

@@ -46,7 +46,7 @@ pub enum Submission {
         /// Its failure.
         failure: Failure,
     },
-    /// A submission that could not be graded, through no fault of its own.
+    /// A submission that the grader or its machine could not grade.
     NotGraded {
         /// Its name in reports.
         name: Untrusted,

@@ -7,9 +7,9 @@
 //! ours        PROGRAM scene.xml -o trace.csv             trace: CSV
 //! ```
 //!
-//! A program that offers it takes many scenes in one run (`serving.rs`). Each run has its own scratch folder as working directory, which is removed once the states have been read. No shell
-//! is involved. Whatever a program does, the result is a stream of states or a named failure. Only a failure of the
-//! grader or its machine is a fault.
+//! A program that offers it takes many scenes in one run (`serving.rs`). Each run has its own scratch folder as working directory,
+//! which is removed once the states have been read. No shell is involved. The result is always a stream of states or a named
+//! failure. Only a failure of the grader or its machine is a fault.
 
 use std::fs;
 use std::io;
@@ -134,7 +134,7 @@ pub struct Program {
     pub(super) runner: Runner,
     /// The folder that it was built in; it lives as long as the program.
     pub(super) copy: Option<Arc<Scratch>>,
-    /// What a pack took from the hand-in, in words.
+    /// The files that a pack took from the hand-in, in words.
     pub(crate) taken: Option<Untrusted>,
 }
 
@@ -227,7 +227,7 @@ impl Program {
     /// Finds out the calling convention of the program at `path`. Cost: one run, up to eight if it lacks integrators.
     ///
     /// # Errors
-    /// If it could not be run, through no fault of its own.
+    /// If the grader or its machine could not run it.
     pub fn identify(path: &Path, runner: Runner) -> Result<Identified, SandboxError> {
         let name = path.display().to_string().into();
         // An absolute path, because each run has another working directory.
@@ -648,7 +648,7 @@ fn last_output(outcome: &Outcome, sandbox: &Sandbox) -> LastOutput {
     output(outcome, sandbox, printed::tail)
 }
 
-/// What of its output `shown` shows.
+/// The part of its output that `shown` shows.
 fn output(outcome: &Outcome, sandbox: &Sandbox, shown: fn(&Printed) -> String) -> LastOutput {
     let said = [&outcome.stdout, &outcome.stderr].map(shown);
     // Standard output counts only if standard error is empty.

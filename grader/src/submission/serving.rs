@@ -42,7 +42,7 @@ impl Program {
     /// four runs.
     ///
     /// # Errors
-    /// If it could not be run, through no fault of its own.
+    /// If the grader or its machine could not run it.
     pub fn asked_to_serve(mut self) -> Result<Self, SandboxError> {
         if self.serving.is_some() || !self.is_called_as_usual() {
             return Ok(self);
@@ -67,7 +67,7 @@ impl Program {
     /// The runs of several scenes, if it serves: `None` for each scene of which it leaves no trace.
     ///
     /// # Errors
-    /// If it could not be run, through no fault of its own.
+    /// If the grader or its machine could not run it.
     pub fn serve(&self, scenes: &[(&str, Shape)]) -> Result<Vec<Option<ProgramRun>>, SandboxError> {
         let mut all: Vec<Option<ProgramRun>> = Vec::new();
         if let Some(serving) = &self.serving {

@@ -1,6 +1,6 @@
 //! Assignments: which scenes of the suite a course's assignment grades, and which of them it requires.
 //!
-//! An assignment is a file `NAME.toml` in the folder `assignments` beside the rubric:
+//! An assignment is a file `NAME.toml` in the folder `assignments` next to the rubric:
 //!
 //! ```toml
 //! title = "Springs and drag"
@@ -44,7 +44,7 @@ use crate::suite::{Case, Feature, Section, SolverName, Suite};
 
 pub use fit::fitting;
 
-/// Folder of the assignments, beside the rubric.
+/// Folder of the assignments, next to the rubric.
 pub const FOLDER: &str = "assignments";
 
 /// The assignment of every scene, which applies if none is named.

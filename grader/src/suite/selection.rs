@@ -25,7 +25,7 @@ pub struct Candidate<'a> {
     pub name: &'a str,
     /// The scene's group; `None` where there are no groups.
     pub group: Option<&'a str>,
-    /// The primary name of its integrator; `None` where it has none of its own.
+    /// The primary name of its integrator; `None` where the entry names none.
     pub integrator: Option<&'a str>,
 }
 

@@ -99,7 +99,7 @@ pub enum Failure {
     /// A function gives something else than it must.
     #[error("{}", printed::text(detail))]
     WrongFunction {
-        /// What it gives, in words.
+        /// The mistake in words.
         detail: String,
     },
     /// The numbers are out of tolerance.

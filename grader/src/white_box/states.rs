@@ -78,7 +78,7 @@ enum Course {
 /// Angle between two lines that are nearly parallel, in radians: as small as coordinates of few digits resolve it.
 const SLIGHT: f64 = 1.0 / 64.0;
 
-/// What is the same at every state of one element whose author has fixed it.
+/// Values that the author of an element has fixed, the same at all of its states.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Given {
     /// Values of parameters, in the order of the schema; `None` where one is drawn.
@@ -358,7 +358,7 @@ fn positions(
             (Course::Turning(angle), Some(before)) => turned(before, any, dimension, angle),
         };
         before = Some(direction);
-        // Twelve binary digits of the length: sums stay exact beside the origin.
+        // Twelve binary digits of the length: sums stay exact near the origin.
         let digits = 12 - length.log2().floor() as i32;
         let last = positions[positions.len() - 1];
         positions.push(std::array::from_fn(|axis| {

@@ -87,7 +87,7 @@ fn the_derivatives_of_formulas_with_numbers_are_their_differences() {
 }
 
 /// Where steps have no Jacobian, scenes that forces alone read otherwise have the steps of scenes that are read so as a whole, with
-/// each other weight of an element beside it.
+/// each other weight of an element as a second change.
 #[test]
 fn forces_alone_that_read_another_scene_step_as_in_that_scene() {
     let mut count = 0;

@@ -1,4 +1,4 @@
-//! Compares the course's own traces of its own scenes with the built-in simulator, where they are available.
+//! Compares the course's traces of its scenes with the built-in simulator, where they are available.
 
 use std::path::Path;
 

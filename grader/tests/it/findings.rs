@@ -845,7 +845,7 @@ fn two_mistakes_of_which_one_hides_the_other_are_named() {
     }
 }
 
-/// One that the matrix has twice, and one that other forces show as a mistake of their own.
+/// The matrix has one of them twice; other forces show the other as a separate mistake.
 #[test]
 fn a_jacobian_beside_a_rule_of_the_matrix_is_named() {
     let elastic = Term { tag: "springforce", part: "elastic" };

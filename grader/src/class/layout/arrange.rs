@@ -33,7 +33,7 @@ pub struct Person {
     pub email: String,
 }
 
-/// What a platform says about a hand-in.
+/// A platform's data on a hand-in.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HandInFacts {
@@ -59,7 +59,7 @@ pub struct Arranged {
     pub layout: Layout,
     /// The hand-ins.
     pub hand_ins: Vec<HandInFacts>,
-    /// What is no hand-in.
+    /// The entries that are no hand-ins.
     pub passed_over: Vec<PassedOver>,
 }
 
@@ -102,13 +102,13 @@ impl Arranged {
         Ok(Some(arranged))
     }
 
-    /// What the platform says about the hand-in in this folder.
+    /// The platform's data on the hand-in in this folder.
     pub fn of(&self, folder: &str) -> Option<&HandInFacts> {
         self.hand_ins.iter().find(|facts| facts.folder == folder)
     }
 }
 
-/// Copies the files of a hand-in to a folder of its own. Its own defects are the inner error.
+/// Copies the files of a hand-in to a separate folder. Defects of the hand-in are the inner error.
 fn copy(
     folder: &Path,
     to: &Path,
@@ -153,7 +153,7 @@ fn free_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     names.find(|name| taken.insert(name.to_lowercase())).unwrap_or_default()
 }
 
-/// The hand-ins, each with a name of its own: those of its students in the roster, else that of the platform, else its own in
+/// The hand-ins with distinct names: those of its students in the roster, else that of the platform, else its own in
 /// the folder.
 fn named_apart(mut hand_ins: Vec<HandInParts>, roster: Option<&Roster>) -> Vec<HandInParts> {
     for found in &mut hand_ins {
@@ -244,7 +244,7 @@ fn squashed(name: &str) -> String {
 }
 
 /// Tells a roster which hand-in is whose, and when it came in, where its own columns do not. Of several hand-ins of one student,
-/// none is told.
+/// none is assigned.
 pub fn assign(roster: &mut Roster, arranged: &Arranged) {
     let mut of: BTreeMap<usize, Vec<&HandInFacts>> = BTreeMap::new();
     for facts in &arranged.hand_ins {

@@ -122,7 +122,7 @@ mod tests {
         for (name, wanted) in [
             ("lovelaceada_12_345_sim.zip", "lovelaceada 12 false 345 sim.zip"),
             ("lovelaceada_LATE_12_345_sim.zip", "lovelaceada 12 true 345 sim.zip"),
-            // What follows the numbers is the student's.
+            // The student chooses the name after the numbers.
             ("bob_1_2_LATE_3_4_x.py", "bob 1 false 2 LATE_3_4_x.py"),
             ("bob_1_text.html", "bob 1 false 0 text.html"),
             ("bob_LATE_1_link.html", "bob 1 true 0 link.html"),

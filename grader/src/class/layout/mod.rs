@@ -79,7 +79,7 @@ pub enum LayoutError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong.
+        /// Description of the mistake.
         message: String,
     },
     /// Nothing in it has the layout that was named.
@@ -137,7 +137,7 @@ struct HandInParts {
 /// A folder in a layout.
 struct Reading {
     hand_ins: Vec<HandInParts>,
-    /// What does not fit.
+    /// Entries that do not fit.
     rest: Vec<PassedOver>,
 }
 
@@ -157,7 +157,7 @@ impl Layout {
         }
     }
 
-    /// What the folder is.
+    /// Its description in messages.
     pub fn title(self) -> &'static str {
         match self {
             Self::Flat => "one entry a student",
@@ -206,7 +206,7 @@ impl ClassFolder {
         Ok(Self { path: path.to_path_buf(), entries, refused })
     }
 
-    /// Every entry as a hand-in of its own.
+    /// Every entry as a separate hand-in.
     fn each(&self) -> Vec<HandInParts> {
         self.entries.iter().map(|entry| HandInParts::new(&entry.name, entry.whole())).collect()
     }

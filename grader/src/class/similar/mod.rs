@@ -42,7 +42,7 @@ pub struct Config {
     pub common_least: usize,
     /// Pairs are listed from this part on, of either hand-in.
     pub listed_from: f64,
-    /// Hand-ins with fewer tokens of their own are not compared: at this length, little can be written in two ways.
+    /// Hand-ins with fewer own tokens are not compared: at this length, little can be written in two ways.
     pub least_tokens: usize,
 }
 

@@ -41,7 +41,7 @@ class Scene:
 
 
 def precompute(scene, is_dense):
-    """What does not change from step to step."""
+    """Data that stay the same in all steps."""
     # To do: signed incidence matrix, masses, Q and its factorisation.
 
 

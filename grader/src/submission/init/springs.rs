@@ -78,7 +78,7 @@ fn read(path: &str) -> Result<Scene, Box<dyn Error>> {
     Ok(scene)
 }
 
-/// What does not change from step to step. To do: signed incidence matrix, masses, Q and its factorisation.
+/// Data that stay the same in all steps. To do: signed incidence matrix, masses, Q and its factorisation.
 fn precompute(_scene: &mut Scene, _is_dense: bool) {}
 
 /// One step. To do: 50 rounds of the local step (a vector d for each spring) and the global step (Q p = b).

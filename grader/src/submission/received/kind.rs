@@ -1,11 +1,10 @@
-//! What a file is, by its first bytes.
+//! Kind of a file, by its first bytes.
 
 use std::path::Path;
 
 /// Number of bytes that tell.
 pub(crate) const HEAD: u64 = 512;
 
-/// What a file is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FileKind {
     /// An archive or a compressed file.

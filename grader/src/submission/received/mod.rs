@@ -36,7 +36,7 @@ pub enum ReceiveError {
     /// Its archive is refused.
     #[error("{0}")]
     NotUnpacked(String),
-    /// Through no fault of its own.
+    /// The sandbox could not unpack it.
     #[error(transparent)]
     NotRun(#[from] SandboxError),
 }
@@ -49,7 +49,7 @@ pub struct Received {
     _scratch: Arc<Scratch>,
 }
 
-/// What a file or folder is, as far as its name and first bytes tell.
+/// Form of a file or folder, by its name and first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// A folder.
@@ -85,7 +85,7 @@ impl Form {
     }
 }
 
-/// What of a file or folder is graded.
+/// The part of a file or folder that is graded.
 #[derive(Debug)]
 pub enum Located {
     /// A program.
@@ -225,7 +225,7 @@ fn archive(path: &Path) -> Result<Option<PathBuf>, ReceiveError> {
     }
 }
 
-/// The only archive among the files of a folder, such as beside a report; `None` for a file.
+/// The only archive among the files of a folder, such as one with a report; `None` for a file.
 ///
 /// # Errors
 /// If a file cannot be read.
@@ -270,11 +270,11 @@ fn list(path: &Path, links: bool) -> Result<Vec<PathBuf>, HandInError> {
     Ok(files)
 }
 
-/// Names of what systems leave behind; version control leaves its own beside clones.
+/// Names of files that systems leave behind; version control leaves its own in clones.
 const LEFT_BEHIND: [&str; 7] =
     ["__MACOSX", ".DS_Store", "Thumbs.db", "desktop.ini", ".git", ".gitignore", ".gitattributes"];
 
-/// Whether systems leave files or folders of this name beside those of people.
+/// Whether systems leave files or folders of this name among those of people.
 pub fn is_left_behind(name: &[u8]) -> bool {
     LEFT_BEHIND.iter().any(|each| each.as_bytes().eq_ignore_ascii_case(name))
         || name.starts_with(b"._")

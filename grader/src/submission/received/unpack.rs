@@ -133,7 +133,7 @@ fn unpack_in(folder: &Path) -> io::Result<()> {
     Err(io::Error::other(format!("more than {MAX_NESTED} archives inside each other")))
 }
 
-/// The file below `folder`, if it is the only one beside junk, and an archive.
+/// The file below `folder`, if it is the only one besides junk, and an archive.
 fn archive_alone(folder: &Path) -> io::Result<Option<PathBuf>> {
     let mut found = None;
     let mut folders = vec![folder.to_path_buf()];
@@ -354,7 +354,7 @@ fn not_written(path: &Path, error: &io::Error) -> io::Error {
     }
 }
 
-/// What is wrong with an entry.
+/// An error that says which entry is wrong.
 fn about(path: &Path, wrong: &str) -> io::Error {
     let path = printed::path(path.as_os_str().as_encoded_bytes());
     io::Error::other(format!(

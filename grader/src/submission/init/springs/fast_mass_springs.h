@@ -40,7 +40,7 @@ struct SparseMatrix {
 void signed_incidence_matrix_dense(int n, const Edges& E, DenseMatrix& A);
 void signed_incidence_matrix_sparse(int n, const Edges& E, SparseMatrix& A);
 
-// What does not change from step to step; prefactorization is a factor of Q, in whatever form you write it. The weight of
+// Data that stay the same in all steps; prefactorization is a factor of Q, in whatever form you write it. The weight of
 // pinned vertices in Q is w = 1e10. False if it fails.
 bool fast_mass_springs_precomputation_dense(
     const Points& V, const Edges& E, double k, const std::vector<double>& m, const std::vector<int>& b, double delta_t,

@@ -121,7 +121,7 @@ Scene read_scene(const std::string& path) {
     return scene;
 }
 
-// What is kept from step to step, of one of the two solvers.
+// The data that one of the two solvers keeps from step to step.
 template <typename Matrix>
 struct Precomputed {
     std::vector<double> r;

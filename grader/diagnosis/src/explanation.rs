@@ -39,13 +39,13 @@ pub struct Balance {
     pub equation: &'static str,
     /// `M (v' − v)`.
     pub inertia: Vec<f64>,
-    /// What each term contributes.
+    /// The contribution of each term.
     pub terms: Vec<Contribution>,
-    /// What is left of the right equation.
+    /// The residual of the right equation.
     pub rest: Vec<f64>,
     /// The same with the proven mistakes put in; `None` without any.
     pub rest_with_mistakes: Option<Vec<f64>>,
-    /// What is left of the rule for positions.
+    /// The residual of the rule for positions.
     pub drift: Vec<f64>,
     /// Whether that is more than rounding.
     pub moves_otherwise: bool,
@@ -54,7 +54,7 @@ pub struct Balance {
 /// A term's part in the equation, with its sign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contribution {
-    /// What it is: `− h F, simplegravity`.
+    /// Its formula and term: `− h F, simplegravity`.
     pub name: String,
     /// By its law.
     pub right: Vec<f64>,

@@ -1776,7 +1776,7 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
         rank: 2,
     };
     let slips = helper::all().into_iter().map(|(slip, words)| (slip, words.to_owned()));
-    // One term that reads velocities has such slips of its own.
+    // A single term that reads velocities has such slips among its changes.
     let terms = scene.forces.iter().filter(|element| element.pair().is_some());
     let terms: BTreeSet<Term> = terms.flat_map(|element| Term::of(element.schema)).collect();
     let has_several = terms.iter().filter(|term| term.depends_on().velocity).count() > 1;

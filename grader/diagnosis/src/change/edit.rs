@@ -397,7 +397,7 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
                 }
                 let pair = &factors[of_by.min(place)..=of_by.max(place)];
                 let product = Expression::Product(pair.to_vec());
-                // What follows a sum is taken with its last term.
+                // A factor after the sum multiplies its last term.
                 let last = terms.len() - 1;
                 for number in if is_first { vec![0, last] } else { vec![last] } {
                     let scaled = match &terms[number] {

@@ -1,4 +1,4 @@
-//! Elements that a force treats otherwise, told apart by a number: one that each has in the file, or of its state.
+//! Elements that a force treats differently, selected by a number that each has in the file or in its state.
 //!
 //! ```text
 //! measure  m      the number of the element, its edge, a parameter; l, l − l0, n·w; the speed of a particle, …
@@ -69,7 +69,7 @@ pub enum Kind {
 /// The elements that a measure singles out, and the factor of their force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
-    /// What tells them apart.
+    /// The number that selects them.
     pub measure: Measure,
     /// Those above `at`; otherwise those below.
     pub above: bool,
@@ -465,7 +465,7 @@ mod tests {
             (1.4997, 1.5022, true, 1.5),
             (0.0081, 0.0112, false, 0.01),
             (0.123, 0.1249, false, 0.124),
-            // What is at 0, but for rounding, is on either side.
+            // A number that is 0 up to rounding is on either side.
             (-2e-5, -1e-17, false, 0.0),
             (-2e-5, 1e-17, true, -TINY),
             (1e-17, 2e-5, false, TINY),

@@ -1,4 +1,4 @@
-//! What a program keeps from one step to the next: sums that are never cleared, values that are computed once.
+//! Values that a program keeps from one step to the next: sums never cleared, values computed once.
 
 use nalgebra::DMatrix;
 
@@ -82,7 +82,7 @@ impl Carried {
 }
 
 impl Cleared {
-    /// What is left of the entry in this row and column of so many.
+    /// The value left in the entry at this row and column of so many.
     fn left(self, before: f64, [row, column]: [usize; 2], [rows, columns]: [usize; 2]) -> f64 {
         let place = row * columns + column;
         let is_cleared = match self {

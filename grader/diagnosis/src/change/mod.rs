@@ -135,7 +135,7 @@ impl Change {
             (Effect::Rounds(rule), _) => is_of_rounds(scene) && rule.acts_in(scene),
             (_, Place::Task(_)) => is_of_rounds(scene),
             (_, Place::ForceUnder(term, name)) => has(&term) && scene.integrator.name == name,
-            // Rounds have formulas of their own, and share the reading of scenes.
+            // Rounds have separate formulas, and share the reading of scenes.
             (effect, Place::Force(_) | Place::Fixed(_) | Place::FixedUnder(_))
                 if is_of_rounds(scene) && !matches!(effect, Effect::Scene(_)) =>
             {
@@ -355,13 +355,13 @@ pub struct Change {
     pub place: Place,
     /// The mistake as a sentence.
     pub words: String,
-    /// What is done.
+    /// The changed formula or rule.
     pub effect: Effect,
     /// How far-fetched it is: 0 is the most usual.
     pub rank: u8,
 }
 
-/// What a change does.
+/// The effect of a change.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Effect {
     /// Another formula.
@@ -384,9 +384,9 @@ pub enum Effect {
     Masses(Term, &'static [Quantity], MassAt),
     /// How the coordinates of its particles are read.
     Read(Term, Read),
-    /// What some quantities of a term read in the place of their arguments.
+    /// The values that some quantities of a term read in the place of their arguments.
     Start(Term, &'static [Quantity], Start),
-    /// Some elements of a term or of all parts of a force, of a field some particles, have a factor of their own.
+    /// Some elements of a term or of all parts of a force, of a field some particles, have a separate factor.
     Gate(Term, &'static [Quantity], Gate),
     /// Another weight of some quantities of each element.
     Weight(Term, &'static [Quantity], Weight),
@@ -532,7 +532,7 @@ pub enum Ends {
     AtIndex,
     /// The force on the particle at this place has the first component in the place of the second.
     Copied(usize, usize, usize),
-    /// It has the second component added to the first, and none of its own.
+    /// It has the second component added to the first; the second is zero.
     Gathered(usize, usize, usize),
     /// That on `j` is added to particle `i + 1` of the scene, after the last one to the first.
     SecondToNext,
@@ -691,7 +691,7 @@ pub enum ReadAt {
     Negated(usize),
 }
 
-/// What a force reads in the place of its arguments, most of it from the start of a step.
+/// Values that a force reads in the place of its arguments, most of them from the start of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     /// Positions.
@@ -875,7 +875,7 @@ pub enum Rule {
     Stale(Stale),
     /// The Jacobians of the step before; none in the first step.
     StaleJacobians,
-    /// What is kept from step to step.
+    /// Values are kept from step to step.
     Kept(Kept),
     /// The linear system is solved by an elimination with a slip.
     Solver(Slip),
@@ -892,7 +892,7 @@ pub enum Rule {
         /// Whether it is made to both sides.
         central: bool,
     },
-    /// Forces and Jacobians on some particles have a factor of their own.
+    /// Forces and Jacobians on some particles have a separate factor.
     Gate(Gate),
     /// A linearized method makes so many iterations of Newton's method.
     Iterations(usize),
@@ -997,7 +997,7 @@ pub struct Linearized {
 /// Values that a program should compute anew in each step, and does not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kept {
-    /// What is done with them.
+    /// How they are used.
     pub carried: Carried,
     /// The sum of all forces.
     pub forces: bool,
@@ -1009,7 +1009,7 @@ pub struct Kept {
     pub displacement: bool,
 }
 
-/// What becomes of the values of the step before.
+/// How the values of the step before are used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Carried {
     /// They are used again.
@@ -1111,7 +1111,7 @@ pub enum FixedRule {
     Restored,
     /// Explicit methods move them as free ones; along one axis only if given.
     Feel(Option<usize>),
-    /// What is cleared in the linear system of an implicit method.
+    /// The entries cleared in the linear system of an implicit method.
     Hold(Hold),
     /// `h² ∂F/∂x` or `h ∂F/∂v` is added to the matrix after rows and columns are cleared.
     Late([bool; 2]),
@@ -1170,7 +1170,7 @@ pub enum Unknowns {
     ByAxis,
 }
 
-/// What is taken for the number of a particle.
+/// The number taken for that of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Index {
     /// Its last digit.
@@ -1238,7 +1238,7 @@ impl Order {
     }
 }
 
-/// What becomes of elements for which there are no more edges.
+/// The treatment of elements for which there are no more edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Beyond {
     /// They act on their own edges.
@@ -1254,9 +1254,9 @@ pub enum Beyond {
 pub enum Pick {
     /// The first two of the scene.
     FirstTwo,
-    /// The first one of its own, and the next of the scene.
+    /// Its own first one, and the next of the scene.
     Next,
-    /// The second one of its own, and the one before it in the scene.
+    /// Its own second one, and the one before it in the scene.
     Previous,
     /// The first of the scene at this end.
     First(usize),
@@ -1273,7 +1273,7 @@ pub enum Pick {
 }
 
 impl Pick {
-    /// The pair on which each element of a force acts in place of its own pair; its own if the scene has no such pair.
+    /// The wrong pair on which each element of a force acts; the right one if the scene has no such pair.
     pub(super) fn pairs(self, scene: &Scene, tag: &str) -> Vec<[usize; 2]> {
         let all = || {
             let of_it = scene.forces.iter().filter(|element| element.schema.tag == tag);

@@ -115,7 +115,6 @@ struct Element {
     /// None in a field.
     particles: scene::Particles,
     parameters: Parameters,
-    /// What later elements overwrite.
     lost: Lost,
 }
 
@@ -176,7 +175,7 @@ pub(super) struct Rules {
     pub(super) column_masses: bool,
     /// The step of differences in the place of Jacobians, and whether they are central.
     pub(super) differences: Option<(f64, bool)>,
-    /// Particles on which forces have a factor of their own.
+    /// Particles on which forces have a separate factor.
     pub(super) gate: Option<Gate>,
     /// Iterations of a linearized method.
     pub(super) iterations: usize,
@@ -221,7 +220,7 @@ pub(super) struct Rules {
     pub(super) stiff_right: Option<Factor>,
     /// The factor of the old velocity.
     pub(super) old: f64,
-    /// What is added to the masses.
+    /// A number added to the masses.
     pub(super) diagonal: f64,
     pub(super) speed_limit: Option<f64>,
     pub(super) position: Option<[f64; 3]>,
@@ -292,7 +291,7 @@ pub(super) const NEWTON: Newton = Newton {
     relaxation: 1.0,
 };
 
-/// What is cleared for a fixed particle.
+/// The entries cleared for a fixed particle.
 pub(super) const HELD: Hold = Hold {
     rows: true,
     columns: true,
@@ -593,7 +592,7 @@ impl Model {
                 FixedRule::Feel(axis) => self.fixed_rules.feel = Some(axis),
                 FixedRule::Hold(hold) => {
                     self.fixed_rules.hold = hold;
-                    // What is left on the right shrinks by a factor of the mass in each iteration.
+                    // The right-hand side shrinks by a factor of the mass in each iteration.
                     if !hold.right {
                         self.rules.newton.iterations = MANY_ITERATIONS;
                     }
@@ -985,7 +984,7 @@ impl Model {
             let of = |pair: [usize; 2], masses: Option<MassAt>| {
                 formula.value(&self.inputs(model, element, pair, [x, v], masses)).vector()
             };
-            // With a mass of its own for each component.
+            // With a separate mass for each component.
             let on = |pair: [usize; 2]| match evaluation.masses {
                 Some(MassAt::Coordinate) => Vector3::from_fn(|axis, _| {
                     let last = self.mass.len() - 1;
@@ -1211,7 +1210,7 @@ impl Model {
         weight.of(of.schema, &rest, &now.collect::<Vec<_>>())
     }
 
-    /// The factor that an element's value has beside others of its force.
+    /// The factor by which an element's value is multiplied.
     fn gate_factor(
         &self,
         model: &TermModel,
@@ -1341,7 +1340,7 @@ impl TermModel {
         self.others.as_ref().filter(|others| others.quantities.contains(&quantity))
     }
 
-    /// What its force reads in the place of its arguments.
+    /// The values that its force reads in the place of its arguments.
     pub(super) fn start(&self) -> Option<Start> {
         self.evaluations[0].start
     }
@@ -1427,7 +1426,7 @@ fn name_of(method: OnePoint) -> Option<&'static str> {
 /// Row and column of blocks of a Jacobian, and the entry if it is one.
 type LostBlocks = Vec<([usize; 2], Option<[usize; 2]>)>;
 
-/// What later elements overwrite of an element.
+/// The parts of an element that later elements overwrite.
 #[derive(Clone, Default)]
 struct Lost {
     /// The particles on which its force is overwritten, and the component if it is one.
@@ -1436,7 +1435,6 @@ struct Lost {
     blocks: [LostBlocks; 2],
 }
 
-/// What is overwritten of each element of the scene, in the order of the file.
 fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
     let mut all = vec![Lost::default(); scene.forces.len()];
     for change in changes {
@@ -1552,7 +1550,7 @@ fn depends_on(element: &ForceElement, quantity: Quantity) -> bool {
     Term { tag: element.schema.tag, part: "" }.has(quantity)
 }
 
-/// Each without a component or entry of its own.
+/// Each as a whole, without a component or entry.
 fn whole<T, U>(all: Vec<T>) -> Vec<(T, Option<U>)> {
     all.into_iter().map(|one| (one, None)).collect()
 }

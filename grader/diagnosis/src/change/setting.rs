@@ -1,5 +1,5 @@
 //! The values of a step that changes set: of two that set the same one, the later undoes the earlier, and a program has
-//! one of them at most. Factors multiply, and stand beside each other.
+//! one of them at most. Factors multiply, and do not undo each other.
 
 use std::mem::discriminant;
 
@@ -22,7 +22,7 @@ enum Setting {
     End,
     /// The steps in the place of one.
     Count,
-    /// What becomes of the solution.
+    /// How the solution is used.
     Solution,
 }
 
@@ -64,7 +64,7 @@ impl Rule {
         }
     }
 
-    /// Whether two of this kind multiply, or are about forces of their own.
+    /// Whether two of this kind multiply, or concern different forces.
     fn composes(self) -> bool {
         matches!(self, Self::Forces(_) | Self::Matrix(..) | Self::Matrices(_) | Self::Split(_))
     }

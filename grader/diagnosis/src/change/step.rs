@@ -562,8 +562,8 @@ impl Model {
         }
     }
 
-    /// What Newton's method passes in a step of implicit Euler, from this guess and by this part of each update, until it
-    /// hardly moves.
+    /// Iterates of Newton's method in a step of implicit Euler, from this guess and by this part of each update, until
+    /// they hardly move.
     pub fn iterates(&self, sample: &Sample, guess: Guess, relaxation: f64) -> Vec<Iterate> {
         let (old, time) = (&sample.before, self.time(sample.step));
         let earlier = sample.earlier.as_ref();
@@ -723,7 +723,7 @@ impl Model {
         matrix
     }
 
-    /// Gives the values on some particles a factor of their own.
+    /// Multiplies the values on some particles by a factor.
     fn gate(&self, at: &Point, values: &mut [f64]) {
         let Some(gate) = self.rules.gate else { return };
         for (particle, values) in values.chunks_mut(self.dimension).enumerate() {
@@ -882,7 +882,7 @@ impl Model {
         Contributions((0..self.terms.len()).map(of).collect())
     }
 
-    /// What `change` adds to `r`, and the number of the term that it is made in; `None` for changes of something else than a
+    /// The contribution of `change` to `r`, and the number of the changed term; `None` for changes of something else than a
     /// term of the scene.
     pub fn effect(
         &self,
@@ -933,7 +933,7 @@ impl Model {
         each.collect()
     }
 
-    /// What all forces on each particle contribute to `r`, with its number by each of these measures.
+    /// Contribution of all forces on each particle to `r`, and its number by each of these measures.
     pub fn particle_pieces(
         &self,
         measures: &[Measure],

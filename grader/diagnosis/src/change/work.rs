@@ -1,4 +1,4 @@
-//! What a search has computed, counted and not timed: the same on every machine.
+//! The work of a search, counted and not timed: the same on every machine.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

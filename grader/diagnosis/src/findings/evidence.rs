@@ -1,4 +1,4 @@
-//! What the scenes of a submission show: the steps of its traces, and whether a changed simulator makes the same steps.
+//! Evidence in the scenes of a submission: steps of its traces, and whether a changed simulator makes the same steps.
 //!
 //! ```text
 //! sample    one step of the trace, redone with a change from the trace's own state before it
@@ -48,7 +48,6 @@ pub(super) struct SceneEvidence<'a> {
     pub(super) rounding: f64,
     /// The numbers that judge it.
     pub(super) limits: &'a Thresholds,
-    /// What the search computed with it.
     pub(super) work: Work,
 }
 
@@ -172,7 +171,7 @@ impl<'a> SceneEvidence<'a> {
         self.clear().next().is_some()
     }
 
-    /// The first of these steps that `model` does not make: in the others, nothing is wrong beside its changes.
+    /// First of these steps that `model` does not make: in the others, nothing is wrong besides its changes.
     pub(super) fn clear_samples(&self, model: &Model) -> Samples<'_> {
         let is_left = |evidence: &&Evidence| {
             let Evidence { sample, noise, .. } = evidence;
@@ -230,7 +229,7 @@ impl<'a> SceneEvidence<'a> {
         let mut memory = Memory::default();
         let mut next = 0;
         for evidence in steps {
-            // What is kept depends on every step of the trace before this one.
+            // The kept values depend on every step of the trace before this one.
             let states = &self.judged.states;
             for step in next..if model.remembers() { evidence.sample.step as usize } else { 0 } {
                 let earlier = step.checked_sub(1).map(|earlier| &states[earlier]);
@@ -294,7 +293,7 @@ impl<'a> SceneEvidence<'a> {
         Some(tolerances)
     }
 
-    /// What the wrong steps show, with the changes made.
+    /// The failure that the wrong steps show, with the changes made.
     pub(super) fn failing(&self, made: &[Change]) -> Failing<'_> {
         let model = self.model(made);
         let axes = self.scene.dimension.count();
@@ -367,7 +366,7 @@ impl<'a> SceneEvidence<'a> {
         })
     }
 
-    /// What part of the equation of the first wrong step is off, in words, if the rest is right.
+    /// The wrong part of the equation of the first wrong step, in words, if the rest is right.
     pub(super) fn wrong_part(&self) -> Option<String> {
         let model = self.model(&[]);
         let axes = self.scene.dimension.count();

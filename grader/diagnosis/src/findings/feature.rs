@@ -131,7 +131,7 @@ impl Part {
         &kind.unwrap_or_else(|| panic!("{} is no registered force", self.tag())).schema
     }
 
-    /// What it depends on.
+    /// The quantities that it depends on.
     pub fn depends_on(self) -> Dependence {
         match self {
             Self::All(_) => self.schema().depends_on(),

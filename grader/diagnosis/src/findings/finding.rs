@@ -42,7 +42,7 @@ pub enum FindingKind {
     Ends(Symptom),
     /// Implicit steps that satisfy their equation, with another solution.
     OtherRoot,
-    /// What scenes that are wrong for no known reason have in common. It may be right.
+    /// A common property of scenes that are wrong for no known reason. It may be right.
     Common,
     /// A feature that is not there.
     NotImplemented,
@@ -119,7 +119,7 @@ impl Finding {
         }
     }
 
-    /// What the findings take for granted: the symbols of formulas, and the hand-outs' sign convention.
+    /// The assumptions of the findings: the symbols of formulas, and the hand-outs' sign convention.
     pub fn notes<'a>(list: impl Iterator<Item = &'a Self> + Clone) -> Vec<&'static str> {
         let is_of_change =
             |finding: &&Self| matches!(finding.kind, FindingKind::Cause | FindingKind::Possible);
@@ -209,10 +209,10 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What an unfinished submission has, and what comes next.
+/// The implemented features of an unfinished submission, and the next one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
-    /// What is implemented.
+    /// The implemented features, in words.
     pub implemented: Vec<String>,
     /// The simplest required thing that is not there, or another one once nothing required is wrong: in words, and a scene.
     pub next: Option<(String, String)>,

@@ -1,4 +1,4 @@
-//! What is read wrongly of particles, seen in the first states of all scenes.
+//! Mistakes in reading particles, seen in the first states of all scenes.
 //!
 //! ```text
 //! first state     px py vx vy of each particle, as the program read them

@@ -124,7 +124,7 @@ pub struct ContextRow {
     pub got: Vec<f64>,
 }
 
-/// What is found in a scene.
+/// The findings in a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Found {
     /// The diagnosis, if the trace differs.

@@ -63,12 +63,12 @@ pub use trace::is_recorded;
 /// Minimum number of failing scenes from which a feature is inferred.
 const FEW: usize = 2;
 
-/// What was found in a submission.
+/// The findings in a submission.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Findings {
     /// The findings, in the order in which a student should read them.
     pub list: Vec<Finding>,
-    /// What is implemented and what to do next; `None` if the submission lacks nothing, or has nothing.
+    /// Implemented features and the next one; `None` if the submission lacks nothing, or has nothing.
     pub progress: Option<Progress>,
     /// Wrong scenes that the mistakes found may explain, or not: with them, Newton's method ends where it may.
     pub open: Vec<String>,
@@ -175,7 +175,7 @@ impl Findings {
         take_rounded(&mut scenes, &mut list);
         let mut to_look_at = features(&scenes, &causes);
         let shared = shared::common(&scenes, &causes, &to_look_at);
-        // What a program does in place of a method that it lacks is no evidence of that method.
+        // The steps of a program that lacks a method are no evidence of that method.
         let lacking: Vec<Feature> = causes
             .iter()
             .filter(|cause| is_lack(cause, &causes))
@@ -195,7 +195,7 @@ impl Findings {
                 _ => FindingKind::Possible,
             })
             .collect();
-        // What is not proven and acts only beside what is not said is not said either.
+        // Unproven causes that act only together with unreported ones are not reported.
         let silent: Vec<&Cause> = said
             .iter()
             .zip(&kinds)
@@ -400,7 +400,7 @@ fn drop_lacking(list: &mut Vec<Finding>) {
     list.retain(|_| kept.next() == Some(true));
 }
 
-/// Whether a cause is a feature that is not there. A method with a mistake of its own is there, as is one whose updates
+/// Whether a cause is a feature that is not there. A method with another mistake is there, as is one whose updates
 /// stand in the wrong order.
 fn is_lack(cause: &Cause, causes: &[Cause]) -> bool {
     let is_of_it = |other: &Cause| !other.is_lack() && other.change().place == cause.change().place;
@@ -706,7 +706,7 @@ fn is_linearized(scene: &Marked<'_>) -> bool {
 /// The features to look at: the one whose scenes are exactly those that are wrong for no proven reason, or those that
 /// remain when every feature of a right scene is set aside.
 fn features(scenes: &[Marked<'_>], causes: &[Cause]) -> Vec<Finding> {
-    // What a program does in place of a method that it lacks is no evidence of its other features.
+    // The steps of a program that lacks a method are no evidence of its other features.
     let is_missing = |method| {
         let of_method = |c: &Cause| Feature::from(c.change().place) == Feature::Integrator(method);
         causes.iter().any(|cause| is_lack(cause, causes) && of_method(cause))
@@ -727,7 +727,7 @@ fn features(scenes: &[Marked<'_>], causes: &[Cause]) -> Vec<Finding> {
         Some(only) => vec![only],
         None => scope::eliminated(&wrong, &right, FEW),
     };
-    // Rounds have formulas of springs of their own, which are tasks.
+    // Rounds have separate formulas of springs, which are tasks.
     let is_of_rounds = failing.iter().all(|scene| rounds::is_of_rounds(scene.judged.scene));
     let is_spring = |feature: &Feature| match feature {
         Feature::Force(part) | Feature::Jacobian(part) => part.tag() == "springforce",
@@ -791,7 +791,7 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
         let is_one_message = symptom == Symptom::Error
             && failing.windows(2).all(|pair| pair[0].judged.outcome == pair[1].judged.outcome);
         if found.is_empty() && is_one_message && !failing.is_empty() {
-            // What these scenes share says less than the message.
+            // A common property of these scenes says less than the message.
             return vec![shared::unnamed(symptom.to_string(), &failing)];
         }
         if found.is_empty() {
@@ -805,7 +805,7 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
     Symptom::ALL.into_iter().filter(|symptom| *symptom != Symptom::Wrong).flat_map(of).collect()
 }
 
-/// What the program says that it lacks, one finding for each name.
+/// The features that the program says it lacks, one finding for each name.
 fn refused(scenes: &[Marked<'_>], list: &mut [Finding]) -> Vec<Finding> {
     let mut found: Vec<(Option<String>, Vec<&Marked<'_>>)> = Vec::new();
     for scene in scenes {
@@ -864,7 +864,7 @@ fn refused(scenes: &[Marked<'_>], list: &mut [Finding]) -> Vec<Finding> {
     found.into_iter().filter_map(finding).collect()
 }
 
-/// What is implemented, and the simplest scene of what is not.
+/// The implemented features, and the simplest scene with one that is missing.
 fn progress(judged: &[JudgedScene<'_>], found: &[Found], list: &[Finding]) -> Option<Progress> {
     let is_lacking = |(scene, found): &(&JudgedScene<'_>, &Found)| {
         found.lacks.is_some() || matches!(scene.outcome, Outcome::Refused(_))
@@ -875,7 +875,7 @@ fn progress(judged: &[JudgedScene<'_>], found: &[Found], list: &[Finding]) -> Op
         return None;
     }
     let passed = || judged.iter().filter(|scene| scene.outcome == Outcome::Passed);
-    // What a finding names is not said to be there.
+    // A feature that a finding names is not listed as implemented.
     let named = || list.iter().flat_map(|finding| &finding.features);
     let mut implemented = Vec::new();
     if passed().any(|scene| scene.scene.forces.is_empty()) {

@@ -19,7 +19,7 @@ use crate::steps::{self, Evidence, WrongSteps};
 /// Orders of the numbers that are tried: more than one where scenes hardly tell them apart.
 const MOST: usize = 4;
 
-/// What turns the states of a trace into those of the program's steps.
+/// A transformation of the states of a trace into those of the program's steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Undo {
     /// Numbers written in one order and read in another.
@@ -53,7 +53,7 @@ enum Undo {
 /// An order of the numbers of a state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Layout {
-    /// What is counted, the slowest first: position or velocity, particle, axis.
+    /// The nested loops, the slowest first: position or velocity, particle, axis.
     loops: [usize; 3],
     velocities_first: bool,
     /// Whether the axes of positions, of velocities, count down.
@@ -142,7 +142,7 @@ impl Layout {
 }
 
 impl Undo {
-    /// What it undoes, in words, where its kind does not say all.
+    /// The order that it undoes, in words; `None` where its kind says all.
     fn layout(self) -> Option<String> {
         match self {
             Self::Order { written, read } => Some(written.beside(read)),
@@ -150,7 +150,7 @@ impl Undo {
         }
     }
 
-    /// What may undo a fault of this kind in these scenes.
+    /// The candidates for undoing a fault of this kind in these scenes.
     fn of(kind: &Kind, scenes: &[Marked<'_>]) -> Vec<Self> {
         match kind {
             Kind::Times => {

@@ -141,7 +141,7 @@ fn settle_same(scenes: &mut [SceneEvidence<'_>]) {
     }
 }
 
-/// What is the same in all rows of a trace.
+/// The values that are the same in all rows of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Same {
     Positions,
@@ -149,7 +149,7 @@ enum Same {
     States,
 }
 
-/// What is the same in all rows of a trace that starts wrong.
+/// The values that are the same in all rows of a trace that starts wrong.
 fn same_in_rows(judged: &JudgedScene<'_>) -> Option<Same> {
     let first = judged.first_wrong.filter(|first| first.step == 0)?;
     let axes = judged.scene.dimension.count();

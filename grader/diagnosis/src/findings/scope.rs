@@ -280,7 +280,7 @@ fn hypotheses() -> Vec<Hypothesis> {
     let several = "or adding up its forces, where there are several";
     all.push(hypothesis(Feature::Reading, several, |scene: &Scene| when(scene.forces.len() > 1)));
     all.push(hypothesis(Feature::Reading, "masses", |scene: &Scene| {
-        // What is proportional to the mass accelerates alike whatever it is.
+        // A force proportional to the mass accelerates all masses alike.
         let feels = |part: Part| part.schema().masses != Masses::Own && acts(scene, part);
         when(unusual_masses(scene) && parts().any(feels))
     }));

@@ -1,4 +1,4 @@
-//! What wrong scenes share for which nothing else is found, in groups.
+//! Common properties of wrong scenes for which nothing else is found, in groups.
 
 use crate::change::{Change, Place, Term};
 use scene::Scene;
@@ -20,7 +20,7 @@ const GROUPS: usize = 3;
 /// Wrong scenes that one right scene with the same property outweighs.
 const PASSING: usize = 4;
 
-/// What wrong scenes share that nothing explains.
+/// A common property of unexplained wrong scenes.
 pub(super) struct Shared {
     pub(super) finding: Finding,
     /// The one feature that they share and no right scene has.
@@ -103,8 +103,8 @@ fn properties(right: &[Right<'_>]) -> Vec<Property> {
     all
 }
 
-/// What the scenes share that nothing explains and in which no feature stands out, in groups. Traces that are not finite
-/// are groups of their own.
+/// Common properties of scenes that nothing explains and in which no feature stands out, in groups. Traces that are
+/// not finite are separate groups.
 pub(super) fn common(scenes: &[Marked<'_>], causes: &[Cause], found: &[Finding]) -> Vec<Shared> {
     let is_named = |scene: &Marked<'_>| {
         found.iter().any(|f| f.scenes.iter().any(|name| name == scene.judged.name))
@@ -171,7 +171,7 @@ pub(super) fn groups(
     found
 }
 
-/// What all of these scenes share, and how many right scenes share it too.
+/// The common properties of all of these scenes, and how many right scenes have them too.
 fn rest_in_words(all: &[Property], failing: &[&Marked<'_>], right: &[Right<'_>]) -> String {
     let in_all = |one: &&Property| failing.iter().all(|scene| (one.holds)(scene.judged.scene));
     let mut shared: Vec<&Property> = all.iter().filter(in_all).collect();
@@ -212,7 +212,7 @@ fn shared_in_words(shared: &[&Property], alike: &[Right<'_>]) -> String {
     format!("the scenes share {list}, {rest}")
 }
 
-/// What these scenes have in common, without a feature.
+/// A common property of these scenes, without a feature.
 pub(super) fn unnamed(words: String, scenes: &[&Marked<'_>]) -> Finding {
     let scenes = names(scenes.iter().copied());
     Finding::new(FindingKind::Common, Vec::new(), vec![words], scenes)

@@ -1,4 +1,4 @@
-//! What positions tell of each task of the hand-out on rounds of local and global steps.
+//! Findings from positions on each task of the hand-out on rounds of local and global steps.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use scene::Scene;
 use super::evidence::Marked;
 use super::{Feature, Finding, FindingKind, is_unexplained};
 
-/// What is known of a task.
+/// The finding on a task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskFinding {
     /// The task.

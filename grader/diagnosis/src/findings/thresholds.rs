@@ -69,8 +69,8 @@ thresholds! {
     /// Scenes that passed and that are replayed with a change. One that differs refutes it.
     passed: usize = 12,
     /// Processor time of a search in milliseconds, counted by what it computes and not timed, so that the same traces have the
-    /// same findings on every machine. What is found by then is what is said. Without it, two mistakes that are not found
-    /// take up to 34 s.
+    /// same findings on every machine. The findings by then are reported. Without it, two mistakes that are not
+    /// found take up to 34 s.
     ceiling: u64 = 8_000,
     /// Mistakes: changes other than features that are left out. More are found in the same traces by chance.
     mistakes: usize = 4,
@@ -82,7 +82,7 @@ thresholds! {
     far_fetched: u8 = 3,
     /// Scenes that are explained, for each that is not, from which nearly all are.
     most: usize = 9,
-    /// Changes that explain some of the scenes of a cause, which are kept to be tried beside other causes.
+    /// Changes that explain some of the scenes of a cause, kept to be tried with other causes.
     rivals: usize = 12,
     /// Forces whose Jacobians are named one by one, where the same mistake is in all of them and in the matrix alike.
     together: usize = 3,

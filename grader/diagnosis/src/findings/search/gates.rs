@@ -21,7 +21,7 @@ const FACTORS: [f64; 3] = [0.0, -1.0, 2.0];
 /// The most rules that gates are combined with: each costs as much as a scene without rules.
 const FEW_RULES: usize = 3;
 
-/// What is treated otherwise.
+/// The elements or particles that are treated differently.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Subject {
     /// Some elements of a term, of a field some particles.
@@ -30,7 +30,7 @@ enum Subject {
     Particles(&'static str),
 }
 
-/// What is done, all but the number.
+/// A gate without its number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Rule {
     subject: Subject,
@@ -163,7 +163,7 @@ pub(super) fn of_scene(
     rules.iter().filter_map(|rule| known.with_number(rule, scenes, made)).collect()
 }
 
-/// The same beside a rule with which positions and fixed particles are right, where they are not without it.
+/// The same, each with a rule that sets positions and fixed particles right where they are wrong without it.
 pub(super) fn with_rules(
     number: usize,
     scenes: &[Marked<'_>],
@@ -179,7 +179,7 @@ pub(super) fn with_rules(
     rules.flat_map(of).collect()
 }
 
-/// What the scenes allow, by rule: found once in a round.
+/// The changes that the scenes allow, by rule: found once in a round.
 #[derive(Default)]
 pub(super) struct Known {
     found: Vec<(Rule, Option<Change>)>,
@@ -216,7 +216,7 @@ fn number(rule: &Rule, scenes: &[Marked<'_>], made: &[Change]) -> Option<f64> {
     let of_each = concerned.par_iter().filter_map(|scene| {
         let model = scene.model(made);
         let samples = scene.all_samples();
-        // What makes its steps need not solve its equation, where Newton's method ends early.
+        // Steps need not solve their equation where Newton's method ends early.
         let base =
             Base::of(&model, &samples).filter(|base| !scene.is_settled() || !base.is_wrong())?;
         let pieces = Pieces::of(&base, &model, rule.subject)?;

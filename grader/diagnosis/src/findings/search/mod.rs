@@ -44,7 +44,7 @@ pub(super) struct Cause {
     pub(super) open: usize,
     /// Wrong scenes in which it acts, and that nothing explains: by number.
     pub(super) unexplained: Vec<usize>,
-    /// Causes of one number were found together, and stand only beside each other.
+    /// Causes of one number were found together, and hold only together.
     group: usize,
 }
 
@@ -94,7 +94,7 @@ fn is_lack(change: &Change) -> bool {
     }
 }
 
-/// What a search ends with.
+/// The result of a search.
 pub(super) struct Assignment<'a> {
     /// The scenes, with what is known of them.
     pub(super) scenes: Vec<Marked<'a>>,
@@ -231,7 +231,7 @@ impl<'a> Search<'a> {
         self.drop_all(Self::is_refuted);
     }
 
-    /// What is wrong in a linearized method, in Newton's method as well, alone or with an end.
+    /// Mistakes of a linearized method that Newton's method has as well, alone or with an end.
     fn of_linearized(&self, made: &[Change]) -> Vec<Cause> {
         let has_it =
             |scene: &&Marked<'_>| scene.is_left() && !of_linearized(scene, made).is_empty();
@@ -250,7 +250,7 @@ impl<'a> Search<'a> {
         self.choose(made, weighed)
     }
 
-    /// The best change, or pair of changes, beside those made; none if nothing is proven.
+    /// The best change, or pair of changes, to add to those made; none if nothing is proven.
     fn round(&mut self, made: &[Change]) -> Vec<Cause> {
         let scenes = &self.scenes;
         let is_left = |number: &usize| {
@@ -360,7 +360,7 @@ impl<'a> Search<'a> {
         let mut weighed: Vec<Weighed> = Vec::new();
         let mut most = if pairs { self.limits.tried / 2 } else { self.limits.tried };
         for &number in left {
-            // What explains an earlier scene need not be found again.
+            // A scene that a known change explains is not searched.
             if weighed.iter().any(|known| known.explained.contains(&number)) {
                 continue;
             }
@@ -398,7 +398,7 @@ impl<'a> Search<'a> {
                     found
                 }
             };
-            // What is enumerated in part may lack the right change.
+            // A partial enumeration may lack the right change.
             if self.left() == 0 {
                 break;
             }
@@ -413,8 +413,8 @@ impl<'a> Search<'a> {
         weighed
     }
 
-    /// Gives each wrong scene that all causes together make to those that act in it, and to no other: what was proven beside
-    /// a cause that is gone is proven again. A cause without a scene goes, and with it those that stand only beside it.
+    /// Gives each wrong scene that all causes together make to those that act in it, and to no other: a cause proven
+    /// together with one that is gone is proven again. A cause without a scene goes, and so do those that hold only with it.
     fn settle(&mut self) {
         loop {
             for cause in &mut self.found {
@@ -454,7 +454,7 @@ impl<'a> Search<'a> {
     }
 
     /// Gives each explained scene to the causes without which its steps are not made: several, where they act together. Returns
-    /// the place of the last cause that no scene needs beside the others.
+    /// the place of the last cause that no scene needs in addition to the others.
     fn attribute(&mut self) -> Option<usize> {
         let made = self.made();
         let scenes = &self.scenes;
@@ -496,7 +496,7 @@ impl<'a> Search<'a> {
         unneeded
     }
 
-    /// Replaces causes by their rivals, where these explain more scenes beside the other causes. Returns whether it did.
+    /// Replaces causes by their rivals, where these explain more scenes with the other causes. Returns whether it did.
     fn prefer_rivals(&mut self) -> bool {
         let mut is_changed = false;
         for number in 0..self.found.len() {
@@ -559,7 +559,7 @@ impl<'a> Search<'a> {
             });
     }
 
-    /// Drops such mistakes. What a dropped mistake explained, alone or with others, is unexplained again.
+    /// Drops such mistakes. Scenes that they explained, alone or with others, are unexplained again.
     fn drop_all(&mut self, is_dropped: fn(&Self, &Cause) -> bool) {
         let gone = self.found.iter().filter(|cause| is_dropped(self, cause));
         let gone: BTreeSet<usize> = gone.map(|cause| cause.group).collect();
@@ -717,7 +717,7 @@ fn steps_otherwise(scene: &Marked<'_>, made: &[Change]) -> bool {
     })
 }
 
-/// Whether a change is one of a task, or of a force beside rounds.
+/// Whether a change is one of a task, or of a force in a method of rounds.
 fn is_of_rounds(change: &Change) -> bool {
     matches!(change.place, Place::Task(_) | Place::ForceUnder(..))
 }

@@ -75,7 +75,7 @@ pub(super) fn survivors(
     found
 }
 
-/// Whether a change makes the sampled steps beside those made; not so once the work is over its limit.
+/// Whether a change makes the sampled steps with those made; not so once the work is over its limit.
 fn makes(scene: &SceneEvidence<'_>, made: &[Change], change: &Change) -> bool {
     let all = [made, std::slice::from_ref(change)].concat();
     !scene.work.is_over() && scene.agrees_with(&scene.model(&all), usize::MAX) == Agreement::Agrees
@@ -107,7 +107,7 @@ fn rules_of(scene: &SceneEvidence<'_>, made: &[Change], samples: &Samples<'_>) -
 }
 
 /// Of positions or fixed particles that are wrong in a scene, the rules with which they are right: another change can be
-/// looked for beside these alone.
+/// looked for with these alone.
 pub(super) fn setting_right(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
     let samples = scene.clear_samples(&scene.model(made));
     let is_right = |changes: &[Change]| Base::of(&scene.model(changes), &samples).is_some();
@@ -218,7 +218,7 @@ pub(super) fn with_matrices(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<V
     all
 }
 
-/// Rules by which positions are right, beside which all changes are tried.
+/// Most rules by which positions are right and with which all changes are tried.
 const FEW_RULES: usize = 3;
 
 /// Changes of one term's value, or of the sum of all terms, that cancel the residual; none where it vanishes without them.
@@ -298,7 +298,7 @@ impl<'a> Base<'a> {
         Some(Self { model, samples, residuals, parts })
     }
 
-    /// What a change adds to the residual of the sample of this number.
+    /// The contribution of a change to the residual of the sample of this number.
     fn effect(&self, change: &Change, number: usize) -> Option<Vec<f64>> {
         if self.model.is_over() {
             return None;

@@ -42,14 +42,14 @@ impl Weighed {
 
 impl Search<'_> {
     /// Features that are left out: forces whose own scenes show it, and methods in whose place another one steps.
-    /// Methods with a mistake of their own are not taken for steps of another one, unless all are asked for: the same mistake
+    /// A method with a known mistake is not taken to step in place of another one, unless all are asked for: the same mistake
     /// may be in both.
     pub(super) fn lacks(&self, made: &[Change], all: bool) -> Vec<Cause> {
         let suspects = || self.scenes.iter().filter(|scene| scene.is_suspect() && !scene.explained);
         let mut terms: Vec<Term> = Vec::new();
         let mut integrators: Vec<&'static str> = Vec::new();
         let mut changes: Vec<Change> = Vec::new();
-        // What leaves all forces out.
+        // Changes that leave all forces out.
         let mut silent: Vec<Change> = candidates::taken_as_fixed().into();
         for scene in suspects() {
             for term in scene.scene.forces.iter().flat_map(|element| Term::of(element.schema)) {
@@ -146,8 +146,8 @@ impl Search<'_> {
         causes
     }
 
-    /// What looks like a force that is left out where other mistakes are in all scenes that tell them apart: the force alone, its
-    /// Jacobians kept, and its parameters cut to integers.
+    /// Changes that look like a force that is left out where other mistakes are in all scenes that distinguish them: the force
+    /// alone, its Jacobians kept, and its parameters cut to integers.
     fn rivals(&self, lack: &Change) -> Vec<Change> {
         let Place::Force(term) = lack.place else { return Vec::new() };
         let has_jacobian = term.schema().depends_on().has_jacobian();
@@ -235,7 +235,7 @@ impl Search<'_> {
                     {
                         rivals.push(change.clone());
                     }
-                    // What explains the same scenes, by a change in another place.
+                    // A change in another place that explains the same scenes is an alternative.
                     let is_same = one.explained.is_superset(&best.explained);
                     let known = || std::iter::once(&*best).chain(others.iter());
                     let in_place =
@@ -351,7 +351,7 @@ impl Search<'_> {
             .collect();
         let wrong = weighed.explained.len() - explained.len();
         let is_most = self.is_nearly_all(explained.len(), wrong);
-        // What acts in one scene alone has no second that could confirm it. A slip of a solver has no effect on most matrices.
+        // A change that acts in one scene has no second one to confirm it. A slip of a solver has no effect on most matrices.
         let has_one_scene = |change: &Change| {
             let is_of_solver = matches!(change.effect, Effect::Method(_, Rule::Solver(_)));
             let shows = |scene: &&Marked<'_>| {

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use super::jacobians::json::{JsonJacobian, JsonNewton};
 use super::probe::json::JsonProbing;
 use super::provenance::JsonProvenance;
+use super::remarks::{self, Unexplained};
 use super::{SCHEMA_VERSION, text};
 use diagnosis::findings::Diagnosis;
 use diagnosis::findings::{Finding, Progress, TaskFinding};
@@ -65,6 +66,8 @@ struct Report {
     copied: Option<JsonCopied>,
     /// Findings, in the order in which a student should read them; empty if nothing failed, or nothing is known.
     findings: Vec<JsonFinding>,
+    /// Failed scenes under no finding, those that failed alike together.
+    unexplained: Vec<JsonUnexplained>,
     /// Progress of an unfinished submission; null if it lacks nothing.
     progress: Option<JsonProgress>,
     /// Outcomes of the tasks of the hand-out on fast mass-spring, from positions; empty unless all scenes are of that method.
@@ -91,6 +94,22 @@ struct Report {
     newton_systems: Vec<JsonNewton>,
     /// Provenance of the report; null if unknown.
     provenance: Option<JsonProvenance>,
+}
+
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct JsonUnexplained {
+    /// How many, and how they failed, as text.
+    message: String,
+    /// Names of the scenes.
+    scenes: Vec<String>,
+}
+
+impl JsonUnexplained {
+    fn of(unexplained: &Unexplained<'_>) -> Self {
+        let scenes = unexplained.scenes.iter().map(|scene| scene.id.clone()).collect();
+        Self { message: unexplained.words.clone(), scenes }
+    }
 }
 
 #[derive(Serialize)]
@@ -452,6 +471,7 @@ impl Report {
             probe: grading.probing.as_ref().map(JsonProbing::of),
             copied: grading.copied.as_ref().map(JsonCopied::of),
             findings: grading.findings.list.iter().map(JsonFinding::of).collect(),
+            unexplained: remarks::unexplained(grading).iter().map(JsonUnexplained::of).collect(),
             progress: grading.findings.progress.as_ref().map(JsonProgress::of),
             tasks: grading.findings.tasks.iter().map(JsonTask::of).collect(),
             required: JsonTotals::of(grading.totals(Section::Required), grading.faults),

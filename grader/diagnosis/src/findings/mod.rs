@@ -270,8 +270,6 @@ impl Findings {
         let tasks = tasks::of(&scenes, &list);
         list.extend(unnamed);
         drop_lacking(&mut list);
-        let unsaid = unsaid(&scenes, &causes, &list);
-        list.extend(unsaid);
         tell_once(&mut list);
         list.iter_mut().for_each(|finding| finding.example = example(finding, &scenes));
         // Stable: causes keep the order in which they were found.
@@ -279,33 +277,6 @@ impl Findings {
         let progress = progress(judged, &found, &list);
         (Self { list, progress, open, tasks }, found)
     }
-}
-
-/// Wrong scenes that no finding names or counts.
-fn unsaid(scenes: &[Marked<'_>], causes: &[Cause], list: &[Finding]) -> Vec<Finding> {
-    let made: Vec<Change> = causes.iter().map(|cause| cause.change().clone()).collect();
-    let acts = |scene: &&Marked<'_>| made.iter().any(|change| change.acts_in(&scene.scene));
-    let is_unsaid = |scene: &&Marked<'_>| {
-        scene.kind == Some(Kind::Wrong)
-            && !list.iter().any(|finding| finding.has(scene.judged.name))
-            && !(scene.is_suspect() && acts(scene) && search::shows_nothing(scene, &made))
-    };
-    let unsaid = scenes.iter().filter(is_unsaid);
-    let (roots, others): (Vec<_>, Vec<_>) = unsaid.partition(|scene| scene.has_other_root);
-    let (acting, others): (Vec<_>, Vec<_>) = others.into_iter().partition(acts);
-    let of_each = [
-        (
-            roots,
-            "Newton's method ends at another solution in these scenes, as it may with a wrong matrix",
-        ),
-        (
-            acting,
-            "what is named acts in these scenes too, and their steps do not show whether it is all",
-        ),
-        (others, "nothing that grade knows sets these scenes apart"),
-    ];
-    let of_each = of_each.into_iter().filter(|(scenes, _)| !scenes.is_empty());
-    of_each.map(|(scenes, words)| shared::unnamed(words.to_owned(), &scenes)).collect()
 }
 
 /// One case of a finding in numbers, in words, where its own words say less.
@@ -1014,27 +985,6 @@ mod tests {
         };
         assert!(!is_said(&both[..1]));
         assert!(is_said(&both));
-    }
-
-    #[test]
-    fn every_wrong_scene_is_in_a_finding() {
-        let names = ["explicit-euler", "linearized-implicit-euler", "implicit-euler"];
-        let inner = [0, 1, 2].map(|one| scene_with(names[one], one == 0));
-        let limits = Thresholds::default();
-        let judged = [0, 1, 2].map(|one| judged(names[one], &inner[one]));
-        let evidence = judged.each_ref().map(|one| SceneEvidence::of(one, &limits));
-        let mut scenes = evidence.each_ref().map(Marked::new);
-        scenes[2].has_other_root = true;
-        let omission = candidates::omission(Term { tag: "gravitationalforce", part: "" });
-        let causes = [Cause::of_scenes(omission, Vec::new(), Vec::new())];
-        let of = |list: &[Finding]| -> Vec<Vec<String>> {
-            unsaid(&scenes, &causes, list).into_iter().map(|finding| finding.scenes).collect()
-        };
-        let own = |name: usize| vec![names[name].to_owned()];
-        assert_eq!(of(&[]), [own(2), own(0), own(1)]);
-        let method = vec![Feature::Integrator(names[1])];
-        let known = Finding::new(FindingKind::Feature, method, Vec::new(), own(1));
-        assert_eq!(of(&[known]), [own(2), own(0)]);
     }
 
     #[test]

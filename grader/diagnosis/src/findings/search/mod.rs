@@ -691,7 +691,7 @@ pub(super) fn is_within(inner: &Scene, outer: &Scene) -> bool {
 }
 
 /// Whether Newton's method converges slowly or not at all in a scene with these changes.
-pub(super) fn shows_nothing(scene: &Marked<'_>, made: &[Change]) -> bool {
+fn shows_nothing(scene: &Marked<'_>, made: &[Change]) -> bool {
     let acts = || made.iter().any(|change| change.acts_in(&scene.scene));
     scene.is_newton() && acts() && {
         let model = scene.model(made);

@@ -302,6 +302,8 @@ const CHANGES: &[&str] = &[
     "implicit-euler: Newton's method moves the particles by h u in every iteration from x + h v on, not once at its end, and ends after 50 iterations",
     "dF/dx of springforce's elastic force has l − l0/l in the place of (l − l0)/l",
     "in all forces, each dF/dx has its block j j added to the block i i",
+    "each dF/dx of springforce lacks its block j j",
+    "in all forces, each dF/dx lacks its block j j",
     "in all forces, each Jacobian is added from row i on for particles i and j, as if each had one coordinate",
     "dF/dx of gravitationalforce is added from column j on for particles i and j, as if each had one coordinate",
     "implicit methods clear the unknowns i, i + 1 of fixed particle i, and clear the forces on them",
@@ -541,6 +543,24 @@ fn one_scene_proves_a_cause_in_a_method_without_another() {
         panic!("{found:#?}");
     };
     assert!(named.iter().any(|named| named == words), "{named:?}");
+}
+
+#[test]
+fn numbers_that_are_not_finite_at_once_speak_against_a_cause() {
+    let doubled = candidate("gravitationalforce is multiplied by 2");
+    let program = |are_finite: fn(&Scene) -> bool| {
+        let found = findings_of(|scene| {
+            let mut all = states(scene, std::slice::from_ref(&doubled));
+            if doubled.acts_in(scene) && !are_finite(scene) {
+                all.iter_mut().skip(1).for_each(|state| state.positions.fill(f64::NAN));
+            }
+            all
+        });
+        found.iter().any(|finding| finding.kind == FindingKind::Cause)
+    };
+    let has_fixed = |scene: &Scene| scene.particles.iter().any(|particle| particle.fixed);
+    assert!(program(|_| true));
+    assert!(!program(has_fixed));
 }
 
 #[test]

@@ -1786,8 +1786,8 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
     let reads = reads.map(|(read, what, of_which)| {
         (Helper::Read(read), format!("{what} is read for {of_which}"))
     });
-    let of_matrix = [(JACOBIANS, "each Jacobian"), (BY_POSITION, "each dF/dx")];
-    let of_matrix = of_matrix.into_iter().flat_map(|(quantities, what)| {
+    let both = [(JACOBIANS, "each Jacobian"), (BY_POSITION, "each dF/dx")];
+    let of_matrix = both.into_iter().flat_map(|(quantities, what)| {
         let words = move |rest: String| format!("{what} {rest}");
         let blocks = of_stencil(Stencil::Edge).into_iter();
         let blocks =
@@ -1798,7 +1798,8 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
         });
         blocks.chain(entries)
     });
-    let mut all: Vec<Change> = slips.chain(reads).chain(of_matrix).map(change).collect();
+    // One force's first: all forces have a slip only where the scenes of several show it.
+    let mut all: Vec<Change> = Vec::new();
     let mut tags: Vec<&'static str> = Vec::new();
     for schema in scene.forces.iter().map(|element| element.schema) {
         let is_new = !tags.contains(&schema.tag);
@@ -1818,13 +1819,16 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
             };
             all.extend(schema.stencil.particles().iter().enumerate().map(of));
         }
-        all.extend(of_stencil(schema.stencil).into_iter().map(|(blocks, words)| Change {
-            place: Place::Jacobian(whole),
-            words: format!("each Jacobian of {whole} {words}"),
-            effect: Effect::Blocks(whole, JACOBIANS, blocks),
-            rank: 2,
-        }));
+        for (quantities, what) in both {
+            all.extend(of_stencil(schema.stencil).into_iter().map(|(blocks, words)| Change {
+                place: Place::Jacobian(whole),
+                words: format!("{what} of {whole} {words}"),
+                effect: Effect::Blocks(whole, quantities, blocks),
+                rank: 2,
+            }));
+        }
     }
+    all.extend(slips.chain(reads).chain(of_matrix).map(change));
     all.retain(|change| change.acts_in(scene));
     all
 }

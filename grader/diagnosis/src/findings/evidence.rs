@@ -490,6 +490,12 @@ impl<'a> Marked<'a> {
         self.is_suspect() && !self.explained && !self.open
     }
 
+    /// Whether its first step is not finite, and nothing explains it.
+    pub(super) fn fails_at_once(&self) -> bool {
+        let is_first = matches!(self.judged.outcome, Outcome::NotFinite(step) if step <= 1);
+        is_first && !self.is_set_aside && !self.explained && !self.open
+    }
+
     /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root, and states in a
     /// wrong form show no steps.
     pub(super) fn is_settled(&self) -> bool {

@@ -172,7 +172,7 @@ impl Finding {
                 )
             }
             FindingKind::Feature => {
-                format!("wrong in {}; no change that grade tries explains it", scenes(count))
+                format!("wrong in {}, without a proven cause", scenes(count))
             }
             FindingKind::OtherRoot => {
                 format!("{}: the step solves the same equation; another solution", scenes(count))

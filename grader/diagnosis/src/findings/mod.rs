@@ -392,6 +392,10 @@ fn exceptions(
     let is_by_newton = matches!(own, Feature::Jacobian(_))
         && cause.scenes.iter().all(|number| scenes[*number].is_newton());
     let is_excused = |number: &&usize| {
+        // Something else makes numbers that are not finite at once.
+        if scenes[**number].fails_at_once() {
+            return true;
+        }
         if is_by_newton && is_linearized(&scenes[**number]) {
             return false;
         }

@@ -16,7 +16,7 @@ mod weigh;
 use std::collections::{BTreeSet, HashMap};
 
 use crate::change::candidates;
-use crate::change::{Change, Effect, Place, Quantity, Rule, Term};
+use crate::change::{Change, Effect, Memory, Place, Quantity, Rule, Term};
 use rayon::prelude::*;
 use scene::Scene;
 use scene::schema::{Convergence, IntegratorSchema, Matrix};
@@ -447,7 +447,8 @@ impl<'a> Search<'a> {
         for cause in &mut self.found {
             let change = cause.change().clone();
             let acts = |number: &usize| change.must_act_in(&scenes[*number].scene);
-            let left = (0..scenes.len()).filter(|&number| scenes[number].is_left());
+            let is_left = |scene: &Marked<'_>| scene.is_left() || scene.fails_at_once();
+            let left = (0..scenes.len()).filter(|&number| is_left(&scenes[number]));
             cause.unexplained = left.filter(acts).collect();
             cause.open = slow.iter().filter(|number| acts(number)).count();
         }
@@ -552,10 +553,18 @@ impl<'a> Search<'a> {
                 let is_jacobian = |change: &&Change| matches!(change.place, Place::Jacobian(_));
                 let is_astray = scene.is_newton() && acting.iter().any(is_jacobian);
                 let model = scene.model(&made);
-                let agrees = || scene.agrees_with(&model, usize::MAX) != Agreement::Differs;
+                // No step shows what makes numbers that are not finite at once, unless it does so here.
+                let is_finite = || {
+                    let start = model.start();
+                    model.step(&mut Memory::default(), 0, None, &start).is_some()
+                };
+                let agrees = || match scene.judged.outcome {
+                    Outcome::NotFinite(step) if step <= 1 => !is_finite(),
+                    _ => scene.agrees_with(&model, usize::MAX) != Agreement::Differs,
+                };
                 scene.open = is_astray
                     || !acting.is_empty() && model.can_step() && agrees()
-                    || steps_otherwise(scene, &made);
+                    || !scene.evidence.is_empty() && steps_otherwise(scene, &made);
             });
     }
 
@@ -741,7 +750,6 @@ fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::change::Memory;
     use crate::change::Model;
     use crate::findings::evidence::SceneEvidence;
     use crate::findings::judged::JudgedScene;

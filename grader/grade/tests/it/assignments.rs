@@ -15,11 +15,10 @@ use test_support::{root, sample, write};
 
 use crate::folder::{self, Run, command, run};
 
-/// Compiles a source to `folder/name`.
-fn compile(source: &Path, folder: &Path, name: &str, flags: &[&str]) {
-    fs::create_dir_all(folder).unwrap();
+/// Compiles a source to a program.
+fn compile(source: &Path, program: &Path) {
     let mut compiler = Command::new("c++");
-    compiler.args(["-O2", "-o"]).arg(folder.join(name)).args(flags).arg(source);
+    compiler.args(["-O2", "-o"]).arg(program).arg(source);
     let output = compiler.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
@@ -29,7 +28,7 @@ fn compile(source: &Path, folder: &Path, name: &str, flags: &[&str]) {
 fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str) {
     static COMPILED: LazyLock<()> = LazyLock::new(|| {
         let source = root().join("grader/selftest/src/programs/student.cpp");
-        compile(&source, Path::new(env!("CARGO_TARGET_TMPDIR")), "student", &[])
+        compile(&source, &Path::new(env!("CARGO_TARGET_TMPDIR")).join("student"))
     });
     LazyLock::force(&COMPILED);
     fs::create_dir_all(folder).unwrap();
@@ -45,11 +44,14 @@ fn student(folder: &Path, integrators: &[&str], refused: &[&str], mistake: &str)
         integrators.join("|"),
         refused.join("|"),
     );
-    let path = folder.join("reduced");
-    write(&path, &script);
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    script_at(&folder.join("reduced"), &script);
     let run = r#"["./reduced", "{scene}", "{trace}", "{folder}/student"]"#;
     write(&folder.join("submission.toml"), &format!("run = {run}\nformat = \"fosssim\"\n"));
+}
+
+fn script_at(path: &Path, text: &str) {
+    write(path, text);
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
 }
 
 fn grade(submission: &Path, arguments: &[&str]) -> (Option<i32>, Value) {
@@ -187,12 +189,16 @@ fn unfilled_skeleton_gets_its_first_task() {
 fn two_programs_of_the_fast_mass_spring_assignment_write_positions_alone() {
     let folder = tempfile::tempdir().unwrap();
     let source = root().join("grader/grade/tests/it/programs/fast_mass_springs.cpp");
+    let program = folder.path().join("springs");
+    compile(&source, &program);
     for (refuses, extra) in [("1", 0.0), ("0", 4.0)] {
         let submission = folder.path().join(refuses);
+        fs::create_dir(&submission).unwrap();
+        fs::copy(&program, submission.join("springs")).unwrap();
         // The dense program is not called for large scenes.
         for (name, largest) in [("springs_dense", "20"), ("springs_sparse", "1000")] {
-            let flags = [format!("-DREFUSES_WIND={refuses}"), format!("-DLARGEST={largest}")];
-            compile(&source, &submission, name, &flags.each_ref().map(String::as_str));
+            let call = format!("\"$(dirname \"$0\")/springs\" \"$1\" \"$2\" {largest} {refuses}");
+            script_at(&submission.join(name), &format!("#!/bin/sh\nexec {call}\n"));
         }
         let manifest = "run = [\"./springs_{solver}\", \"{scene}\", \"{trace}\"]\n\
                         assignment = \"fast-mass-spring\"\n";

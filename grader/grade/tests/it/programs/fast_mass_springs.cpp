@@ -1,5 +1,6 @@
 // The fast mass-spring assignment, as its hand-out states it: signed incidence matrix, one factorisation, 50 rounds of
-// local and global steps, pins by a penalty of 1e10. Called as `program SCENE TRACE`; writes positions alone.
+// local and global steps, pins by a penalty of 1e10. Called as `program SCENE TRACE`; writes positions alone. Two further
+// arguments are the largest number of particles, and 1 if wind is not implemented.
 
 #include <algorithm>
 #include <cmath>
@@ -57,11 +58,13 @@ static void add_areas(const Matrix &p, int a, int b, int c, Row &mass) {
 }
 
 int main(int count, char **arguments) {
-  if (count != 3) return 2;
+  if (count != 3 && count != 5) return 2;
+  int largest = count == 5 ? std::atoi(arguments[3]) : 1000;
+  bool refuses_wind = count == 5 && std::atoi(arguments[4]) == 1;
   std::string json = read_file(arguments[1]);
   double k = std::atof(value_of(json, "k").c_str()), m = std::atof(value_of(json, "m").c_str());
   bool wind = value_of(json, "wind").rfind("true", 0) == 0;
-  if (wind && REFUSES_WIND) {
+  if (wind && refuses_wind) {
     std::cerr << "wind is not implemented\n";
     return 1;
   }
@@ -97,7 +100,7 @@ int main(int count, char **arguments) {
     kind.clear();
   }
   int n = rest.size();
-  if (n > LARGEST) {
+  if (n > largest) {
     std::cerr << "too large for this program\n";
     return 1;
   }

@@ -169,12 +169,17 @@ fn a_proven_cause_has_one_entry() {
 
 #[test]
 fn an_interrupted_run_prints_what_it_has() {
-    let [wrong, _] = programs("fuzz-interrupted", "no h v ahead");
-    let plan = ["--seed", "1", "--failures", "100000", "--minutes", "60"];
-    let fuzz = ["fuzz", &wrong, "--readable", env!("CARGO_TARGET_TMPDIR")];
-    let mut command = folder::command(Path::new("."), &[&fuzz[..], &plan].concat());
+    let started = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fuzz-started");
+    let _ = fs::remove_file(&started);
+    let wrong = format!("touch '{}'; MISTAKE='no h v ahead' {CALL}", started.display());
+    let submission = serving("fuzz-interrupted", &wrong, &each(&wrong));
+    let plan = ["--unprotected", "--seed", "1", "--failures", "100000", "--minutes", "60"];
+    let mut command =
+        folder::command(Path::new("."), &[&["fuzz", &*submission], &plan[..]].concat());
     let child = command.stdout(Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(Duration::from_secs(4));
+    while !started.exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));

@@ -190,9 +190,10 @@ fn counts_in_words(counts: [usize; 3]) -> Vec<(&'static str, String)> {
 #[needs("command -v cc")]
 #[cfg(target_os = "linux")]
 #[test]
-fn sample_reports_are_those_of_grade() {
+fn sample_reports_are_those_of_grade_and_short() {
     let folder = agreement::mistaken("", "drag without its Jacobian");
     let report = folder.grade(&["my-simulator", "--assignment", "t1m3"]).stdout;
+    agreement::assert_short(&report);
     let (_, findings) = report.split_once("\nFindings\n").unwrap();
     hold_sample("docs/students.md", "This is the report of a program", &report);
     hold_sample(

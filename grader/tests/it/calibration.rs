@@ -122,7 +122,7 @@ fn judge(case: &Case, mut run: impl StateSource) -> Comparison {
 
 #[test]
 fn unmeasured_difference_classes_stay_within_the_tolerance_of_sampled_scenes() {
-    assert_within(80);
+    assert_within(20);
 }
 
 #[test]

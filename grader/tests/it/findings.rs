@@ -334,11 +334,11 @@ fn assert_identified(count: usize) {
 #[test]
 fn sampled_changes_are_identified_from_traces() {
     assert_eq!(findings(&[], |states| states), []);
-    assert_identified(24);
+    assert_identified(12);
 }
 
 #[test]
-#[ignore = "long: ten seconds"]
+#[ignore = "long: two minutes"]
 fn long_changes_are_identified_from_traces() {
     assert_identified(usize::MAX);
 }

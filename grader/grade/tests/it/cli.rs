@@ -769,7 +769,8 @@ fn the_jacobians_have_reports_for_programs_too() {
     }
     assert_eq!(report["newton_systems"].as_array().unwrap().len(), 13);
 
-    let junit = run(folder.path(), &["jacobians", "--format", "junit"], &[]);
+    let spring = ["jacobians", "--force", "springforce"];
+    let junit = run(folder.path(), &[&spring[..], &["--format", "junit"]].concat(), &[]);
     assert_eq!(junit.code, 0);
     let suite = "<testsuite name=\"jacobians / springforce 3D\" tests=\"12\" skipped=\"0\" errors=\"0\" failures=\"0\">";
     assert!(junit.stdout.contains(suite), "{}", junit.stdout);
@@ -791,7 +792,8 @@ fn one_plot_is_drawn_per_force() {
     }
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
-    let refused = run(folder.path(), &["jacobians", "--plot", "file"], &[]);
+    let spring = ["jacobians", "--force", "springforce", "--plot", "file"];
+    let refused = run(folder.path(), &spring, &[]);
     assert_eq!(refused.code, 2);
     assert!(refused.stderr.contains("file: "), "{}", refused.stderr);
 }

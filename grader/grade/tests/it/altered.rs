@@ -45,7 +45,7 @@ while mode in ("flood", "endless"):
     print("x" * 65536 if mode == "flood" else "")
     sys.stdout.flush()
 if mode == "slow":
-    sleep(3.6)
+    sleep(1.8)
 if mode in ("silent", "slow"):
     sys.exit()
 
@@ -239,7 +239,7 @@ fn copies_recorded_at_home_earn_no_credit() {
 fn slow_wrong_copies_earn_no_credit() {
     let project = Project::new();
     project.submit("slow");
-    let limits = ["--no-jacobians", "--limit", "wall=2", "--limit", "budget=10"];
+    let limits = ["--no-jacobians", "--limit", "wall=1", "--limit", "budget=5"];
     let report = project.json("slow", &limits);
     assert!(groups(&report, "pass").is_empty(), "{}", report["copied"]);
 }

@@ -68,12 +68,13 @@ fn findings_on(
     is_kept: impl Fn(&str) -> bool,
     trace: impl Fn(&Scene) -> Box<dyn StateSource> + Sync,
 ) -> Vec<Finding> {
-    grading_on(is_kept, trace).findings.list
+    grading_on(&is_kept, &trace).findings.list
 }
 
+/// Not generic: it would be compiled for each test.
 fn grading_on(
-    is_kept: impl Fn(&str) -> bool,
-    trace: impl Fn(&Scene) -> Box<dyn StateSource> + Sync,
+    is_kept: &dyn Fn(&str) -> bool,
+    trace: &(dyn Fn(&Scene) -> Box<dyn StateSource> + Sync),
 ) -> Grading {
     let folder = root().join("assets");
     let mut assignment =
@@ -453,7 +454,7 @@ fn scenes_in_which_a_wrong_jacobian_leads_newtons_method_astray_are_open() {
         "implicit-euler" => states(scene, &[&change[..], &[ends(scene)]].concat()),
         _ => states(scene, &change),
     };
-    let grading = grading_on(|_| true, |scene| Box::new(States(program(scene).into_iter())));
+    let grading = grading_on(&|_| true, &|scene| Box::new(States(program(scene).into_iter())));
     let Findings { list, open, .. } = &grading.findings;
     assert!(open.len() > 2, "{open:?}");
     let results = grading.features.iter().flat_map(|feature| &feature.scenes);

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! first state     px py vx vy of each particle, as the program read them
-//! reading         one of them is another, its size, its negative, an integer or 0: in every scene, and no other one says as much
+//! reading         one of them is another, its size, its negative, an integer or 0, or two are exchanged: in every scene, and no
+//!                 other reading says as much
 //! precision       all of them are single, and so is the time step by which the times count: in every scene
 //! ```
 
@@ -23,6 +24,8 @@ const NAMES: [&str; 4] = ["px", "py", "vx", "vy"];
 enum Reading {
     /// Another attribute is read.
     As(usize, usize),
+    /// Two are read each for the other.
+    Exchanged(usize, usize),
     /// It is not read.
     Zero(usize),
     /// The sign is lost.
@@ -39,7 +42,10 @@ impl Reading {
     fn all() -> impl Iterator<Item = Self> {
         let places = || 0..NAMES.len();
         let pairs = places().flat_map(move |of| places().map(move |from| (of, from)));
-        let others = pairs.filter(|(of, from)| of != from).map(|(of, from)| Self::As(of, from));
+        let others = pairs.filter(|(of, from)| of != from).flat_map(|(of, from)| {
+            let both = (of < from).then_some(Self::Exchanged(of, from));
+            [Self::As(of, from)].into_iter().chain(both)
+        });
         let each = places()
             .flat_map(|of| [Self::Zero(of), Self::Size(of), Self::Negative(of), Self::Integer(of)]);
         others.chain(each).chain([Self::Integers])
@@ -49,6 +55,7 @@ impl Reading {
     fn of(self, mut numbers: [f64; 4]) -> [f64; 4] {
         match self {
             Self::As(of, from) => numbers[of] = numbers[from],
+            Self::Exchanged(of, from) => numbers.swap(of, from),
             Self::Zero(of) => numbers[of] = 0.0,
             Self::Size(of) => numbers[of] = numbers[of].abs(),
             Self::Negative(of) => numbers[of] = -numbers[of],
@@ -61,6 +68,9 @@ impl Reading {
     fn words(self) -> String {
         match self {
             Self::As(of, from) => format!("{} is read for {}", NAMES[from], NAMES[of]),
+            Self::Exchanged(of, from) => {
+                format!("{} and {} are read each for the other", NAMES[of], NAMES[from])
+            }
             Self::Zero(of) => format!("{} is taken as 0", NAMES[of]),
             Self::Size(of) => format!("{} is read without its sign", NAMES[of]),
             Self::Negative(of) => format!("{} is read with the wrong sign", NAMES[of]),
@@ -128,7 +138,9 @@ fn begins_right(scene: &SceneEvidence<'_>) -> bool {
 
 /// Says what is read where that is so in all scenes of a plane, if some start otherwise than they should and go on from there.
 fn settle_readings(scenes: &mut [SceneEvidence<'_>]) {
-    let is_read = |scene: &SceneEvidence<'_>| scene.kind == Some(Kind::InitialState);
+    let is_read = |scene: &SceneEvidence<'_>| {
+        matches!(scene.kind, Some(Kind::InitialState | Kind::OrderRead))
+    };
     let starts = scenes.iter().filter(|scene| scene.scene.dimension.count() == 2);
     let starts = starts.filter(|scene| scene.kind.as_ref().is_none_or(Kind::shows_start));
     let starts: Vec<(&Scene, &State)> = starts

@@ -208,6 +208,8 @@ impl Findings {
                 *kind = FindingKind::Feature;
             }
         }
+        let of_named = said.iter().zip(&kinds).filter(|(_, kind)| **kind != FindingKind::Feature);
+        let of_named: Vec<Change> = of_named.map(|(cause, _)| cause.change().clone()).collect();
         let of_causes = said.into_iter().zip(kinds).zip(exceptions);
         let (vague, named): (Vec<Finding>, Vec<Finding>) = of_causes
             .map(|((cause, kind), exceptions)| of_cause(cause, kind, &scenes, exceptions.len()))
@@ -232,7 +234,7 @@ impl Findings {
         say_less(&mut to_look_at, &causes, &scenes);
         list.extend(to_look_at);
         list.extend(shared.into_iter().map(|shared| shared.finding));
-        list.extend(ends(&scenes));
+        list.extend(ends(&scenes, &of_named));
         let mut found = Vec::new();
         for (number, (scene, root)) in scenes.iter().zip(&roots).enumerate() {
             let lacks = causes.iter().find(|c| is_lack(c, &causes) && c.scenes.contains(&number));
@@ -748,7 +750,8 @@ fn of_guilty(
 }
 
 /// The features whose scenes are exactly those that crash, report an error, do not end, or take too much memory.
-fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
+fn ends(scenes: &[Marked<'_>], named: &[Change]) -> Vec<Finding> {
+    let acts = |scene: &&Marked<'_>| named.iter().any(|change| change.must_act_in(&scene.scene));
     let of = |symptom: Symptom| -> Vec<Finding> {
         let failing: Vec<&Marked<'_>> = scenes
             .iter()
@@ -765,16 +768,23 @@ fn ends(scenes: &[Marked<'_>]) -> Vec<Finding> {
         };
         let is_one_message = symptom == Symptom::Error
             && failing.windows(2).all(|pair| pair[0].judged.outcome == pair[1].judged.outcome);
-        if found.is_empty() && is_one_message && !failing.is_empty() {
+        // Another mistake may end the program in scenes in which it acts.
+        let is_named = !failing.is_empty() && failing.iter().all(acts);
+        let beside = if is_named { ", where what is named acts too" } else { "" };
+        if found.is_empty() && (is_one_message || is_named) && !failing.is_empty() {
             // A common property of these scenes says less than the message.
-            return vec![shared::unnamed(symptom.to_string(), &failing)];
+            return vec![shared::unnamed(format!("{symptom}{beside}"), &failing)];
         }
         if found.is_empty() {
             let right: Vec<Right<'_>> = ran.into_iter().map(Right::of).collect();
             let groups = shared::groups(failing, &right, &format!("{symptom}; "));
             return groups.into_iter().map(|shared| shared.finding).collect();
         }
-        let finding = |guilty| of_guilty(FindingKind::Ends(symptom), guilty, &failing);
+        let finding = |guilty| {
+            let mut finding = of_guilty(FindingKind::Ends(symptom), guilty, &failing);
+            finding.words.iter_mut().for_each(|words| words.push_str(beside));
+            finding
+        };
         found.into_iter().map(finding).collect()
     };
     Symptom::ALL.into_iter().filter(|symptom| *symptom != Symptom::Wrong).flat_map(of).collect()

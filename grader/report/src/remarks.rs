@@ -115,7 +115,7 @@ pub(crate) fn named<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String
     names.take(NAMES).collect::<Vec<_>>().join(", ") + &more
 }
 
-/// The changes since the last run, in a sentence; `None` if there are none.
+/// The changes since the last run, in a sentence; none where nothing changed.
 pub(crate) fn since(since: &Since) -> Option<String> {
     let Since { mended, broken } = since;
     let parts = [(mended, "failed before and pass"), (broken, "passed before and fail")];

@@ -149,7 +149,7 @@ struct Wrong<'a> {
     stated: f64,
 }
 
-/// The mistake in the answers; `None` if there is none.
+/// The mistake in the answers, if there is one.
 fn compare(calls: &[Call], answers: &Untrusted) -> Option<String> {
     let mut lines = answers.raw(RawUse::Parsing).lines();
     let mut worst: Option<(f64, Wrong<'_>)> = None;

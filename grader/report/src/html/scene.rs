@@ -98,7 +98,7 @@ fn finding(html: &mut Html, result: &SceneResult) {
                 html.text(&cause).markup("</strong>.</p>");
             }
             None if diagnosis.steps.wrong > 0 => {
-                html.markup("<p>No change that grade tries explains this.</p>");
+                html.markup("<p>No cause is proven.</p>");
             }
             None => {}
         }

@@ -63,6 +63,7 @@ fn the_derivatives_of_formulas_with_numbers_are_their_differences() {
         v: [Vector3::new(0.3, -1.1, 0.0), Vector3::new(-0.4, 0.2, 0.0)],
         l: d.norm(),
         helper: None,
+        by_zero: 0.0,
     };
     let (d, step) = (Vector3::new(0.8, -1.3, 0.0), Vector3::new(1e-6, 2e-6, 0.0));
     let mut count = 0;

@@ -20,7 +20,7 @@ use super::helper::{self, Helper};
 use super::model::{HELD, MANY_ITERATIONS, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
-    Accumulated, Axes, Beyond, Blocks, Carried, Change, Cleared, Coordinates, Effect, Ends,
+    Accumulated, Axes, Beyond, Blocks, Carried, Change, Cleared, Coordinates, Each, Effect, Ends,
     Entries, Factor, FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton,
     Norm, Numbers, Order, Particles, Pick, Place, Quantity, Rule, SceneRule, SeenAt, Softening,
     Stale, Start, StillFixed, Term, Unknowns, Which,
@@ -71,14 +71,21 @@ const JACOBIANS: &[Quantity] = &[Quantity::ByPosition, Quantity::ByVelocity];
 /// The components that both dimensions have.
 const XY: [&str; 2] = ["x", "y"];
 
+/// Newton's constant, as books print it.
+const NEWTONS: [f64; 4] = [6.67e-11, 6.674e-11, 6.6743e-11, 6.67384e-11];
+
 /// Words of a force that is added at the number of its particle.
 const AT_INDEX: &str = "is added to components i and i + 1 for particle i";
 
 const WITHOUT_H: &str = "is not multiplied by h";
+const LACKS_H: &str = "lacks a factor h";
 const TOO_OFTEN_H: &str = "is multiplied by h once too often";
 
 /// Ends the words of a change of a force that its Jacobians have as well.
 const IN_JACOBIANS: &str = ", in its Jacobians as well";
+
+/// Ends the words of a change that is in no Jacobian.
+const IN_FORCES: &str = ", in forces alone";
 
 /// Words of a change of a force and its Jacobians become those of the force alone.
 pub fn say_force_alone(change: &mut Change) {
@@ -105,6 +112,35 @@ pub fn factor_words(number: f64) -> String {
     } else {
         format!("is multiplied by {}", decimal(number))
     }
+}
+
+/// The parameter of a term's force that has one value instead, where all elements of a scene have the same and this factor
+/// of the force makes its steps.
+pub fn value_of_factor(scene: &Scene, factor: &Change) -> Option<Change> {
+    let Effect::Factor(term, quantities, Factor { number, h: 0, mass: 0 }) = factor.effect else {
+        return None;
+    };
+    let schema = term.schema();
+    let scaled_by = match (term.part, schema.parts) {
+        ("", [part]) => part.scaled_by,
+        ("", _) => return None,
+        (part, _) => schema.part(part).scaled_by,
+    };
+    let [name] = *scaled_by else { return None };
+    let mut values = scene.forces.iter().filter(|element| element.schema.tag == term.tag);
+    let written = values.next()?.parameter(name);
+    let is_one = values.all(|element| element.parameter(name) == written);
+    let value: f64 = format!("{:.6e}", number * written).parse().ok()?;
+    let rule = SceneRule::Parameter(term.tag, name, value);
+    let (effect, rest) = match quantities {
+        [Quantity::Force] if term.depends_on().has_jacobian() => {
+            (Effect::Partly(FORCE, rule), IN_FORCES)
+        }
+        [Quantity::Force, ..] => (Effect::Scene(rule), ""),
+        _ => return None,
+    };
+    let words = format!("{} uses {name} = {}{rest}", term.tag, decimal(value));
+    is_one.then_some(Change { place: factor.place, words, effect, rank: 3 })
 }
 
 /// A factor of some quantities of a term.
@@ -156,7 +192,7 @@ pub fn in_each(terms: &[Term], quantity: Quantity, by: Factor) -> Vec<Change> {
     let what = match by.h {
         0 => factor_words(by.number),
         1 => TOO_OFTEN_H.to_owned(),
-        _ => WITHOUT_H.to_owned(),
+        _ => LACKS_H.to_owned(),
     };
     let change = |term: &Term| Change {
         place: Place::Jacobian(*term),
@@ -170,7 +206,9 @@ pub fn in_each(terms: &[Term], quantity: Quantity, by: Factor) -> Vec<Change> {
 /// A number in words.
 fn decimal(number: f64) -> String {
     let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
-    rounded.to_string().replace('-', "−")
+    let is_small = rounded != 0.0 && rounded.abs() < 1e-6;
+    let written = if is_small { format!("{rounded:e}") } else { rounded.to_string() };
+    written.strip_prefix('-').map_or_else(|| written.clone(), |size| format!("−{size}"))
 }
 
 /// Rules of an integrator with numbers in them that steps determine. The residual is affine in the numbers.
@@ -414,7 +452,7 @@ fn named_factors(term: Term, quantities: &'static [Quantity]) -> Vec<Change> {
         ("is multiplied by the mass", Factor::mass(1)),
         ("is divided by the mass", Factor::mass(-1)),
         ("is divided by the mass twice", Factor::mass(-2)),
-        (WITHOUT_H, Factor::h(-1)),
+        (if quantities == FORCE { WITHOUT_H } else { LACKS_H }, Factor::h(-1)),
         (TOO_OFTEN_H, Factor::h(1)),
     ];
     let change = |(words, factor): (&str, Factor)| Change {
@@ -626,6 +664,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (Particles::First, "acts on the first particle only"),
             (Particles::NotFirst, "does not act on the first particle"),
             (Particles::NotLast, "does not act on the last particle"),
+            (Particles::FirstHalf, "acts on the first half of the particles only"),
             (
                 Particles::FirstCoordinates,
                 "acts on as many coordinates as there are particles, the first ones",
@@ -754,6 +793,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
         if stencil.is_field() {
             for (particles, words) in [
                 (Particles::First, "is there for the first particle only"),
+                (Particles::FirstHalf, "is there for the first half of the particles only"),
                 (
                     Particles::FirstCoordinates,
                     "is there for as many coordinates as there are particles, the first ones",
@@ -1012,6 +1052,15 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             let words = format!("{what} are evaluated with the velocities v + h {u}, not {u}");
             add(Rule::SeenAt(SeenAt::Displaced { jacobians }), 2, &words);
         }
+        for (which, what) in [
+            ([false, true, false], "dF/dx is"),
+            ([false, true, true], "Jacobians are"),
+            ([true, false, false], "forces are"),
+            ([true, true, true], "forces and Jacobians are"),
+        ] {
+            let words = format!("{what} evaluated at the positions h {u}, not x + h {u}");
+            add(Rule::SeenAt(SeenAt::Moved(which)), 2, &words);
+        }
     }
     match method {
         OnePoint::Explicit | OnePoint::Symplectic => {
@@ -1231,21 +1280,39 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         }
     }
     if matches!(method, OnePoint::Explicit | OnePoint::Symplectic) {
-        for (coordinates, moves, words) in [
-            (false, true, "each particle moves before the forces on the next are evaluated"),
-            (true, true, "each coordinate moves before the forces on the next are evaluated"),
+        for (each, moves, words) in [
             (
-                false,
+                Each::Particle,
+                true,
+                "each particle moves before the forces on the next are evaluated",
+            ),
+            (
+                Each::Coordinate,
+                true,
+                "each coordinate moves before the forces on the next are evaluated",
+            ),
+            (
+                Each::Axis,
+                true,
+                "all particles move along x before the forces along y are evaluated",
+            ),
+            (
+                Each::Particle,
                 false,
                 "the velocity of each particle changes before the forces on the next are evaluated",
             ),
             (
-                true,
+                Each::Coordinate,
                 false,
                 "each component of the velocities changes before the forces on the next are evaluated",
             ),
+            (
+                Each::Axis,
+                false,
+                "all velocities along x change before the forces along y are evaluated",
+            ),
         ] {
-            add(Rule::OneByOne { coordinates, moves }, 2, words);
+            add(Rule::OneByOne { each, moves }, 2, words);
         }
         let terms: BTreeSet<Term> =
             scene.forces.iter().flat_map(|element| Term::of(element.schema)).collect();
@@ -1445,8 +1512,11 @@ pub fn of_newton(name: &'static str, change: &Change) -> Option<Change> {
         return (is_implicit && of != name).then(of_name);
     }
     let Effect::Method(linearized, rule) = change.effect else { return None };
-    let is_of_matrix =
-        change.is_of_system() || matches!(rule, Rule::JacobiansAt(..) | Rule::Other(_));
+    let is_of_matrix = change.is_of_system()
+        || matches!(
+            rule,
+            Rule::JacobiansAt(..) | Rule::Other(_) | Rule::SeenAt(SeenAt::Moved([false, ..]))
+        );
     let words = change.words.strip_prefix(linearized)?.strip_prefix(": ")?;
     // Masses stand on the right-hand side of Newton's method as well.
     let (rule, words) = match rule {
@@ -1573,7 +1643,9 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     };
     let rule = Effect::Fixed;
     add(None, Effect::Scene(SceneRule::Unfixed), 0, "fixed particles are treated as free");
-    if scene.particles.iter().filter(|particle| particle.fixed).count() > 1 {
+    let has_several = scene.particles.iter().filter(|particle| particle.fixed).count() > 1;
+    let has_late = scene.particles.iter().skip_while(|one| one.fixed).any(|one| one.fixed);
+    if has_several {
         for (which, name) in [(StillFixed::First, "first"), (StillFixed::Last, "last")] {
             let words = format!("of several fixed particles, only the {name} is held");
             let effect = || Effect::Scene(SceneRule::StillFixed(which));
@@ -1582,8 +1654,7 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
             add(Some(implicit), effect(), 1, &words);
         }
     }
-    let first_free = scene.particles.iter().position(|particle| !particle.fixed);
-    if first_free.is_some_and(|first| scene.particles[first..].iter().any(|one| one.fixed)) {
+    if has_late {
         let effect = || Effect::Scene(SceneRule::StillFixed(StillFixed::Leading));
         let words = "of the fixed particles, only those before the first free one are held";
         add(None, effect(), 1, words);
@@ -1733,8 +1804,6 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     let solved = Hold { rows: false, columns: false, right: false, solution: true, ..HELD };
     let words = "implicit methods solve for fixed particles as for free ones, and drop their part of the solution";
     add(Some(true), rule(FixedRule::Hold(solved)), 1, words);
-    let has_late = scene.particles.iter().skip_while(|one| one.fixed).any(|one| one.fixed);
-    let has_several = scene.particles.iter().filter(|one| one.fixed).count() > 1;
     for (which, name, is_there) in [
         (StillFixed::Leading, "fixed particles before the first free one", has_late),
         (StillFixed::First, "first of several fixed particles", has_several),
@@ -1772,10 +1841,10 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
     let change = |(helper, words): (Helper, String)| Change {
         place: Place::Helpers,
         words: format!("in all forces, {words}"),
-        effect: Effect::Helper(helper),
+        effect: Effect::Helper(None, helper),
         rank: 2,
     };
-    let slips = helper::all().into_iter().map(|(slip, words)| (slip, words.to_owned()));
+    let slips = || helper::all().into_iter().map(|(slip, words)| (slip, words.to_owned()));
     // A single term that reads velocities has such slips among its changes.
     let terms = scene.forces.iter().filter(|element| element.pair().is_some());
     let terms: BTreeSet<Term> = terms.flat_map(|element| Term::of(element.schema)).collect();
@@ -1808,6 +1877,12 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
         if !is_new || schema.stencil.size() != 2 || Term::of(schema).len() < 2 {
             continue;
         }
+        all.extend(slips().map(|(slip, words)| Change {
+            place: Place::Force(whole),
+            words: format!("in {whole}, {words}"),
+            effect: Effect::Helper(Some(schema.tag), slip),
+            rank: 2,
+        }));
         let parts = Term::of(schema);
         let pairs = parts.iter().flat_map(|from| parts.iter().map(move |to| [*from, *to]));
         for [from, to] in pairs.filter(|[from, to]| from != to) {
@@ -1828,7 +1903,7 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
             }));
         }
     }
-    all.extend(slips.chain(reads).chain(of_matrix).map(change));
+    all.extend(slips().chain(reads).chain(of_matrix).map(change));
     all.retain(|change| change.acts_in(scene));
     all
 }
@@ -1848,6 +1923,9 @@ pub fn taken_as_fixed() -> [Change; 2] {
     .map(change)
 }
 
+/// No Jacobian of its own is changed.
+const ONLY_FORCE: Dependence = Dependence { position: false, velocity: false, time: true };
+
 /// These changes of the elements that a force has, made where the force alone, or its Jacobians alone, are summed; of all
 /// elements of the scene, also where a method of this name sums forces.
 fn partly(all: &[Change], method: &'static str) -> Vec<Change> {
@@ -1865,11 +1943,17 @@ fn partly(all: &[Change], method: &'static str) -> Vec<Change> {
                 SceneRule::LeftOut { .. }
                 | SceneRule::OfEdge(..)
                 | SceneRule::ParticlesBefore(_)
+                | SceneRule::Counted(..)
                 | SceneRule::RunningEdge(..),
                 Place::Force(term),
             ) => term.schema().depends_on(),
             (SceneRule::AlsoAs(_, other), Place::Force(_)) => {
                 Term { tag: other, part: "" }.schema().depends_on()
+            }
+            // Changes of formulas are those of Jacobians alone.
+            (SceneRule::Root(..), Place::Force(_)) => ONLY_FORCE,
+            (SceneRule::Parameter(_, "G", value), Place::Force(_)) if NEWTONS.contains(&value) => {
+                ONLY_FORCE
             }
             _ => continue,
         };
@@ -1879,7 +1963,7 @@ fn partly(all: &[Change], method: &'static str) -> Vec<Change> {
             found.push(Change { place: Place::Integrator(method), words, effect, rank: 2 });
         }
         for (quantities, what, is_there) in [
-            (FORCE, "forces", depends_on.position || depends_on.velocity),
+            (FORCE, "forces", depends_on.has_jacobian() || depends_on == ONLY_FORCE),
             (BY_POSITION, "dF/dx", depends_on.position),
             (BY_VELOCITY, "dF/dv", depends_on.velocity),
             (JACOBIANS, "both Jacobians", depends_on.position && depends_on.velocity),
@@ -2093,6 +2177,13 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             add(whole, SceneRule::Scattered(tag), 2, words);
         }
         if of_it().count() > 1 {
+            for (power, words) in [
+                (-1, "is divided by the number of its elements"),
+                (1, "is multiplied by the number of its elements"),
+            ] {
+                let words = format!("each {tag} {words}");
+                add(whole, SceneRule::Counted(tag, power), 2, words);
+            }
             for (last, which) in [(false, "first"), (true, "last")] {
                 let words = format!("each {tag} has the parameters of the {which}");
                 add(whole, SceneRule::ParametersOfOne { tag, last }, 2, words);
@@ -2183,7 +2274,13 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         for (pick, what, is_there) in [
             (Pick::FirstTwo, "acts on particles 0 and 1", !is_of_edges),
             (Pick::Next, "acts on its first particle i and on i + 1", true),
+            (
+                Pick::NextAround,
+                "acts on its first particle i and on i + 1, after the last on the first",
+                true,
+            ),
             (Pick::Previous, "acts on its second particle j and on j − 1", true),
+            (Pick::Less, "acts on its first particle i and on j − 1", true),
             (Pick::First(0), "acts on particle 0 in the place of its first particle", true),
             (Pick::First(1), "acts on particle 0 in the place of its second particle", true),
             (Pick::Last(0), "acts on the last particle in the place of its first one", true),
@@ -2194,7 +2291,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             (Pick::LastEdge, "acts on the last edge, whatever its edge attribute", is_of_edges),
         ] {
             let pairs = pick.pairs(scene, tag);
-            let is_possible = pairs.iter().all(|[i, j]| i != j);
+            let is_possible = pick == Pick::Less || pairs.iter().all(|[i, j]| i != j);
             if is_there && is_possible && pairs != own {
                 let words = format!("each {tag} {what}");
                 add(whole, SceneRule::Pairs(tag, pick), 2, words);
@@ -2248,9 +2345,10 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
         for parameter in of_scene() {
             let name = parameter.name;
             let place = of_parameter(name);
-            for value in [0.0, 1.0] {
-                let words = format!("{tag} uses {name} = {value}");
-                add(place, SceneRule::Parameter(tag, name, value), 1, words);
+            let known = if name == "G" { &NEWTONS[..] } else { &[] };
+            for value in [0.0, 1.0].iter().chain(known) {
+                let words = format!("{tag} uses {name} = {}", decimal(*value));
+                add(place, SceneRule::Parameter(tag, name, *value), 1, words);
             }
             if of_it().any(|element| element.pair().is_some()) {
                 let words = format!("{tag} takes the initial distance of its particles for {name}");
@@ -2283,6 +2381,12 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 add(place, SceneRule::Carried(tag, name), 2, words);
             }
             for other in of_scene().filter(|other| other.name != name) {
+                // As where a ratio of critical damping is taken for the damping.
+                for (number, factor) in [(1.0, ""), (2.0, "2 ")] {
+                    let words = format!("{tag} takes {factor}{name} √{} for {name}", other.name);
+                    let root = SceneRule::Root(tag, [name, other.name], number);
+                    add(place, root, 3, words);
+                }
                 let words = format!("{tag} reads {} in the place of {name}", other.name);
                 add(place, SceneRule::ParameterAs(tag, name, other.name), 2, words);
                 if name < other.name {

@@ -9,8 +9,9 @@
 //! power      another exponent
 //! number     twice or half, one more or less
 //! vector     n for d, v_i or v_i + v_j for v_i − v_j, n for w, …
-//! matrix     a bᵀ for b aᵀ, a aᵀ for a bᵀ, I for R; entries off the diagonal with the other sign, or left out
-//! component  one component of a vector left out, with the other sign, or in the place of the other
+//! matrix     a bᵀ for b aᵀ, a aᵀ for a bᵀ, I for R; entries off the diagonal with the other sign, or left out; one entry
+//!            of a bᵀ left out, with the other sign, or in the place of another
+//! component  one component of a vector left out, with the other sign, or in the place of the other; both exchanged
 //! scalar     one parameter or length for another, or another norm; |x|, max(x, 0), min(x, 0), x², x²/2 of a sum or a dot
 //!            product; one component for a dot product
 //! leaves     all equal ones at once: d in the place of each n
@@ -108,6 +109,11 @@ fn of_children(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
         }
         Expression::Power(base, exponent) => {
             below(base, &|new| Expression::Power(Box::new(new), *exponent));
+            // The base may stand in the formula once more.
+            let of_base = format!(" in the place of {base}");
+            for edit in all.iter_mut().filter(|edit| edit.words.ends_with(&of_base)) {
+                edit.words = format!("has {} in the place of {node}", edit.expression);
+            }
         }
         Expression::Dot(a, b) => {
             below(a, &|new| Expression::Dot(Box::new(new), b.clone()));
@@ -154,6 +160,7 @@ fn of_components(node: &Expression) -> Vec<Edit> {
         Edit::new(expression, words, 3)
     };
     let names = ["x", "y"];
+    let entries = || (0..4).map(|place| [place / 2, place % 2]);
     let mut all = Vec::new();
     match node {
         Expression::Leaf(
@@ -173,6 +180,10 @@ fn of_components(node: &Expression) -> Vec<Edit> {
                 all.push(with(Axes::Not(axis), format!("lacks the {name} component of {node}")));
                 all.push(with(Axes::Copied(other, axis), copied));
             }
+            all.push(with(
+                Axes::Swapped,
+                format!("has the x and y components of {node} exchanged"),
+            ));
             let by_size = Expression::Applied(Function::BySize, Box::new(node.clone()));
             let words = format!("has each component of {node} multiplied by its size");
             all.push(Edit::new(by_size, words, 3));
@@ -187,9 +198,29 @@ fn of_components(node: &Expression) -> Vec<Edit> {
                 Axes::Filled,
                 format!("has each row of {node} filled with its diagonal entry"),
             ));
+            for (to, from) in entries().flat_map(|to| entries().map(move |from| (to, from))) {
+                let [its, other] =
+                    [to, from].map(|[row, column]| [names[row], names[column]].concat());
+                if from == to {
+                    let negative = format!("has the {its} entry of {node} with the wrong sign");
+                    all.push(with(Axes::Entry(to, -1.0), negative));
+                    all.push(with(
+                        Axes::Entry(to, 0.0),
+                        format!("lacks the {its} entry of {node}"),
+                    ));
+                } else {
+                    let words =
+                        format!("has the {other} entry of {node} in the place of its {its} entry");
+                    all.push(with(Axes::EntryCopied(from, to), words));
+                }
+            }
         }
         Expression::Leaf(Leaf::Identity) => {
             all.push(with(Axes::Filled, "has 1 in all entries of the identity".to_owned()));
+            for (axis, name) in names.into_iter().enumerate() {
+                let words = format!("lacks the {name}{name} entry of the identity");
+                all.push(with(Axes::Entry([axis; 2], 0.0), words));
+            }
         }
         Expression::Sum(_) if !node.is_number() => {
             let negative =

@@ -21,12 +21,22 @@ pub enum Slip {
     RightKept,
     /// The factor of a row is positive.
     PositiveFactor,
+    /// The factor of a row has the wrong sign.
+    NegativeFactor,
+    /// Back substitution adds the other unknowns.
+    Added,
     /// Back substitution leaves out the unknown next to the diagonal.
     NextUnknown,
     /// Back substitution leaves out the last unknown.
     LastTerm,
     /// Back substitution does not divide by the diagonal.
     Undivided,
+    /// It does not divide the last unknown by the diagonal.
+    LastUndivided,
+    /// The right-hand side of the row below the pivot is not changed.
+    RightBelowKept,
+    /// The solution is in single precision.
+    SingleSolution,
     /// Back substitution reads the entries below the diagonal, as the elimination leaves them.
     Below,
     /// Back substitution subtracts no other unknown.
@@ -47,8 +57,12 @@ pub enum Slip {
     Jacobi(u16),
     /// Rows whose factor is smaller than this power of ten are not eliminated.
     Skips(i32),
+    /// The same of the entries to be eliminated.
+    SkipsEntries(i32),
     /// Conjugate gradients.
     ConjugateGradients,
+    /// They end where the residual is smaller than this power of ten, relative to the right-hand side if so.
+    EarlyGradients(i32, bool),
 }
 
 /// A number is larger than another one from this multiple on.
@@ -72,21 +86,39 @@ impl Slip {
                 (Self::Jacobi(count), format!("{solved} of Jacobi's method, from 0")),
             ]
         };
-        let skips = (-6..=-1).map(|power| {
-            let words = format!("the elimination skips rows whose factor is below 1e{power}");
-            (Self::Skips(power), words)
+        let skips = (-6..=-1).flat_map(|power| {
+            let slips = [(Self::Skips(power), "factor"), (Self::SkipsEntries(power), "entry")];
+            slips.map(|(slip, what)| {
+                (slip, format!("the elimination skips rows whose {what} is below 1e{power}"))
+            })
         });
-        plain.chain(SWEEPS.into_iter().flat_map(of)).chain(skips).collect()
+        let early = (-12..=-3).flat_map(|power| {
+            [(true, "relative residual"), (false, "residual")].map(|(is_relative, what)| {
+                let words = format!(
+                    "the linear system is solved by conjugate gradients, which end at a {what} of 1e{power}"
+                );
+                (Self::EarlyGradients(power, is_relative), words)
+            })
+        });
+        plain.chain(SWEEPS.into_iter().flat_map(of)).chain(skips).chain(early).collect()
     }
 
-    const PLAIN: [(Self, &'static str); 15] = [
+    const PLAIN: [(Self, &'static str); 20] = [
         (Self::LastRow, "the elimination leaves out the last row"),
         (Self::LastColumn, "the elimination leaves out the last column"),
         (Self::RightKept, "the elimination does not change the right-hand side"),
         (Self::PositiveFactor, "the elimination takes the absolute value of each row's factor"),
+        (Self::NegativeFactor, "the elimination adds rows, and does not subtract them"),
+        (Self::Added, "back substitution adds the other unknowns, and does not subtract them"),
         (Self::NextUnknown, "back substitution leaves out the unknown next to the diagonal"),
         (Self::LastTerm, "back substitution leaves out the last unknown in the other rows"),
         (Self::Undivided, "back substitution does not divide by the diagonal"),
+        (Self::LastUndivided, "back substitution does not divide the last unknown by the diagonal"),
+        (
+            Self::RightBelowKept,
+            "the elimination does not change the right-hand side of the row below the pivot",
+        ),
+        (Self::SingleSolution, "the solution of the linear system is rounded to single precision"),
         (
             Self::Below,
             "back substitution reads entries of the column below the diagonal in the place of those of the row",
@@ -108,7 +140,11 @@ impl Slip {
         match self {
             Self::Sweeps(count) => return sweeps(&matrix, &right, count, true),
             Self::Jacobi(count) => return sweeps(&matrix, &right, count, false),
-            Self::ConjugateGradients => return conjugate_gradients(&matrix, right),
+            Self::ConjugateGradients => return conjugate_gradients(&matrix, right, 0.0),
+            Self::EarlyGradients(power, is_relative) => {
+                let size = if is_relative { right.norm() } else { 1.0 };
+                return conjugate_gradients(&matrix, right, 10.0_f64.powi(power) * size);
+            }
             _ => {}
         }
         let n = right.len();
@@ -118,7 +154,13 @@ impl Slip {
             numbers.for_each(|value| *value = f64::from(*value as f32));
         }
         for pivot in 0..n {
-            if matches!(self, Self::RightNotExchanged | Self::RowsNotExchanged | Self::Skips(_)) {
+            if matches!(
+                self,
+                Self::RightNotExchanged
+                    | Self::RowsNotExchanged
+                    | Self::Skips(_)
+                    | Self::SkipsEntries(_)
+            ) {
                 // Of two that are equal but for rounding, the first.
                 let size = |row: usize| matrix[(row, pivot)].abs();
                 let larger = |most, row| if size(row) > SAME * size(most) { row } else { most };
@@ -132,9 +174,12 @@ impl Slip {
             }
             for row in pivot + 1..without(Self::LastRow) {
                 let mut factor = matrix[(row, pivot)] / matrix[(pivot, pivot)];
+                let is_small = |size: f64, power: i32| size.abs() < 10.0_f64.powi(power);
                 match self {
                     Self::PositiveFactor => factor = factor.abs(),
-                    Self::Skips(power) if factor.abs() < 10.0_f64.powi(power) => continue,
+                    Self::NegativeFactor => factor = -factor,
+                    Self::SkipsEntries(power) if is_small(matrix[(row, pivot)], power) => continue,
+                    Self::Skips(power) if is_small(factor, power) => continue,
                     _ => {}
                 }
                 // Entries below the diagonal are left, where nothing reads them.
@@ -142,7 +187,9 @@ impl Slip {
                 for column in first..without(Self::LastColumn) {
                     matrix[(row, column)] -= factor * matrix[(pivot, column)];
                 }
-                if self != Self::RightKept {
+                let is_kept =
+                    self == Self::RightKept || self == Self::RightBelowKept && row == pivot + 1;
+                if !is_kept {
                     right[row] -= factor * right[pivot];
                 }
             }
@@ -156,11 +203,17 @@ impl Slip {
                 rest -= match self {
                     Self::Below => matrix[(column, row)],
                     Self::Alone => 0.0,
+                    Self::Added => -matrix[(row, column)],
                     _ => matrix[(row, column)],
                 } * unknowns[column];
             }
-            let divisor = if self == Self::Undivided { 1.0 } else { matrix[(row, row)] };
+            let is_undivided =
+                self == Self::Undivided || self == Self::LastUndivided && row + 1 == n;
+            let divisor = if is_undivided { 1.0 } else { matrix[(row, row)] };
             unknowns[row] = rest / divisor;
+        }
+        if self == Self::SingleSolution {
+            unknowns.iter_mut().for_each(|value| *value = f64::from(*value as f32));
         }
         unknowns
     }
@@ -182,12 +235,13 @@ fn sweeps(matrix: &DMatrix<f64>, right: &DVector<f64>, count: u16, at_once: bool
     unknowns
 }
 
-fn conjugate_gradients(matrix: &DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
+/// As many iterations as there are unknowns, fewer where the residual is smaller than this before.
+fn conjugate_gradients(matrix: &DMatrix<f64>, right: DVector<f64>, end: f64) -> DVector<f64> {
     let mut unknowns = DVector::zeros(right.len());
     let (mut along, mut rest) = (right.clone(), right);
     for _ in 0..rest.len() {
         let square = rest.norm_squared();
-        if square == 0.0 {
+        if square == 0.0 || square.sqrt() < end {
             break;
         }
         let image = matrix * &along;
@@ -225,6 +279,7 @@ mod tests {
             Slip::Sweeps(50),
             Slip::Jacobi(100),
             Slip::ConjugateGradients,
+            Slip::EarlyGradients(-14, true),
         ] {
             assert!(error(slip, &dominant, &exact) < 1e-14, "{slip:?}");
         }

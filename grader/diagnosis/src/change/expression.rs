@@ -112,6 +112,8 @@ pub struct Inputs {
     pub l: f64,
     /// A slip in the functions on vectors; derivatives have none.
     pub helper: Option<Helper>,
+    /// `1/0`: most programs leave out what they would divide by 0.
+    pub by_zero: f64,
 }
 
 /// A change of the arguments, for derivatives.
@@ -305,8 +307,7 @@ impl Expression {
                 values.reduce(Value::times).unwrap_or(Value::Number(1.0))
             }
             Self::Power(base, exponent) => match base.value(at) {
-                // Programs leave out what they would divide by 0.
-                Value::Number(base) if base == 0.0 && *exponent < 0 => Value::Number(0.0),
+                Value::Number(base) if base == 0.0 && *exponent < 0 => Value::Number(at.by_zero),
                 Value::Number(base) => Value::Number(base.powi(*exponent)),
                 _ => Value::INVALID,
             },

@@ -100,7 +100,7 @@ impl Term {
     }
 
     /// Whether this value of it is not always zero.
-    fn has(self, quantity: Quantity) -> bool {
+    pub(crate) fn has(self, quantity: Quantity) -> bool {
         match quantity {
             Quantity::Force => true,
             Quantity::ByPosition => self.depends_on().position,
@@ -146,8 +146,10 @@ impl Change {
             (Effect::Partly(quantities, _), Place::Helpers) => {
                 implicit() || quantities.contains(&Quantity::Force)
             }
-            (Effect::Helper(helper), _) => {
-                let is_pair = |element: &ForceElement| element.pair().is_some();
+            (Effect::Helper(of, helper), _) => {
+                let is_pair = |element: &ForceElement| {
+                    element.pair().is_some() && of.is_none_or(|tag| element.schema.tag == tag)
+                };
                 let is_of_matrix = matches!(helper, Helper::Blocks(..) | Helper::Entries(..));
                 let is_used = !is_of_matrix || implicit();
                 is_used && !is_of_rounds(scene) && scene.forces.iter().any(is_pair)
@@ -316,7 +318,7 @@ impl Quantity {
     }
 
     /// A list of this one.
-    fn alone(self) -> &'static [Self] {
+    pub(crate) fn alone(self) -> &'static [Self] {
         match self {
             Self::Force => &[Self::Force],
             Self::ByPosition => &[Self::ByPosition],
@@ -394,8 +396,8 @@ pub enum Effect {
     Method(&'static str, Rule),
     /// Fixed particles.
     Fixed(FixedRule),
-    /// A function on vectors, in all forces between two particles.
-    Helper(Helper),
+    /// A function on vectors, in all forces between two particles or in the one of this tag.
+    Helper(Option<&'static str>, Helper),
     /// The scene as it is read.
     Scene(SceneRule),
     /// The same where some quantities are evaluated.
@@ -422,7 +424,7 @@ impl Effect {
             Self::Derived(..) | Self::Length(..) | Self::Read(..) => &Quantity::ALL,
             Self::Method(..)
             | Self::Fixed(_)
-            | Self::Helper(_)
+            | Self::Helper(..)
             | Self::Scene(_)
             | Self::Rounds(_) => &[],
         }
@@ -492,6 +494,8 @@ pub enum Particles {
     NotFirst,
     /// All but the last.
     NotLast,
+    /// As many as half of all, rounded down, the first ones.
+    FirstHalf,
     /// Along one axis all but the last, otherwise all.
     NotLastAlong(usize),
     /// As many coordinates as there are particles, from the first on.
@@ -503,6 +507,7 @@ impl Particles {
         match all {
             None | Some(Self::FirstCoordinates | Self::NotLastAlong(_)) => 0..count,
             Some(Self::First) => 0..count.min(1),
+            Some(Self::FirstHalf) => 0..count / 2,
             Some(Self::NotFirst) => 1..count.max(1),
             Some(Self::NotLast) => 0..count.saturating_sub(1),
         }
@@ -908,8 +913,8 @@ pub enum Rule {
     },
     /// Forces are evaluated anew for each of these, when those before it are updated already.
     OneByOne {
-        /// Each coordinate; otherwise each particle.
-        coordinates: bool,
+        /// Which.
+        each: Each,
         /// Positions are updated with the velocities; otherwise after all of them.
         moves: bool,
     },
@@ -981,6 +986,33 @@ pub enum SeenAt {
         /// For Jacobians as well as forces.
         jacobians: bool,
     },
+    /// Positions are `h v` or `h u`, for each of [`Quantity::ALL`] that is marked.
+    Moved([bool; 3]),
+}
+
+/// Coordinates that are updated together, one group after another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Each {
+    /// Those of each particle.
+    Particle,
+    /// Each by itself, particle by particle.
+    Coordinate,
+    /// Those along each axis.
+    Axis,
+}
+
+impl Each {
+    /// The groups, of so many coordinates in a space of this dimension.
+    pub(super) fn groups(self, count: usize, dimension: usize) -> Vec<Vec<usize>> {
+        let all: Vec<usize> = (0..count).collect();
+        match self {
+            Self::Particle => all.chunks(dimension).map(<[usize]>::to_vec).collect(),
+            Self::Coordinate => all.chunks(1).map(<[usize]>::to_vec).collect(),
+            Self::Axis => {
+                (0..dimension).map(|axis| (axis..count).step_by(dimension).collect()).collect()
+            }
+        }
+    }
 }
 
 /// Where the forces of a step are linearized.
@@ -1256,8 +1288,12 @@ pub enum Pick {
     FirstTwo,
     /// Its own first one, and the next of the scene.
     Next,
+    /// The same, after the last one the first.
+    NextAround,
     /// Its own second one, and the one before it in the scene.
     Previous,
+    /// Its own first one, and the one before its second, which may be the same.
+    Less,
     /// The first of the scene at this end.
     First(usize),
     /// The last of the scene at this end.
@@ -1284,7 +1320,9 @@ impl Pick {
         let of = |[i, j]: [usize; 2]| match self {
             Self::FirstTwo => Some([0, 1]),
             Self::Next => (i + 1 < count).then_some([i, i + 1]),
+            Self::NextAround => Some([i, (i + 1) % count]),
             Self::Previous => j.checked_sub(1).map(|before| [before, j]),
+            Self::Less => j.checked_sub(1).map(|before| [i, before]),
             Self::First(0) => Some([0, j]),
             Self::First(_) => Some([i, 0]),
             Self::Last(0) => Some([count - 1, j]),
@@ -1388,6 +1426,10 @@ pub enum SceneRule {
     OfEdge(&'static str, &'static str),
     /// A parameter has this value.
     Parameter(&'static str, &'static str, f64),
+    /// Elements are multiplied by this power of their number.
+    Counted(&'static str, i32),
+    /// A parameter is multiplied by the square root of another one, and by a number.
+    Root(&'static str, [&'static str; 2], f64),
     /// A parameter has this sign, whatever is written.
     Signed(&'static str, &'static str, f64),
     /// A parameter is read as another.

@@ -18,7 +18,7 @@ use super::helper::{self, Helper};
 use super::rounds::{Rounds, is_of_rounds};
 use super::work::{Work, cost};
 use super::{
-    Accumulated, Axes, Beyond, Blocks, Change, Coordinates, Effect, Ends, Entries, Factor,
+    Accumulated, Axes, Beyond, Blocks, Change, Coordinates, Each, Effect, Ends, Entries, Factor,
     FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton, Norm, Numbers,
     Order, Particles, Place, Quantity, Read, ReadAt, Rule, SceneRule, SeenAt, Softening, Stale,
     Start, Term, Unknowns, Which,
@@ -215,7 +215,7 @@ pub(super) struct Rules {
     pub(super) kept: Option<Kept>,
     pub(super) slip: Option<Slip>,
     /// Coordinates updated at a time, where forces are evaluated anew for the next, and whether their positions are as well.
-    pub(super) one_by_one: Option<(usize, bool)>,
+    pub(super) one_by_one: Option<(Each, bool)>,
     /// A factor of `h² ∂F/∂x v` on the right-hand side.
     pub(super) stiff_right: Option<Factor>,
     /// The factor of the old velocity.
@@ -271,8 +271,10 @@ pub struct Model {
     pub(super) terms: Vec<TermModel>,
     pub(super) rules: Rules,
     pub(super) fixed_rules: FixedRules,
-    /// A slip in the functions on vectors.
-    helper: Option<Helper>,
+    /// A slip in the functions on vectors, of all forces or of the one of this tag.
+    helper: Option<(Option<&'static str>, Helper)>,
+    /// `1/0` in formulas.
+    by_zero: f64,
     /// The number of the last step, and its own model, where it has another size.
     last: Option<(u64, Box<Self>)>,
     /// Where its work is counted.
@@ -425,6 +427,7 @@ impl Model {
             rules,
             fixed_rules,
             helper: None,
+            by_zero: 0.0,
             last,
             work: work.clone(),
             scene,
@@ -491,6 +494,12 @@ impl Model {
             Some((number, last)) if *number == step => last,
             _ => self,
         }
+    }
+
+    /// The same where formulas divide by 0.
+    pub fn dividing_by_zero(mut self) -> Self {
+        self.by_zero = f64::INFINITY;
+        self
     }
 
     /// Whether its steps can be taken.
@@ -571,7 +580,7 @@ impl Model {
             | Effect::Scene(_)
             | Effect::Partly(..) => {}
             Effect::Method(_, rule) => self.follow(*rule),
-            Effect::Helper(helper) => self.helper = Some(*helper),
+            Effect::Helper(of, helper) => self.helper = Some((*of, *helper)),
             Effect::Rounds(rule) => {
                 if let Some(rounds) = &mut self.rounds {
                     rounds.make(rule);
@@ -719,10 +728,7 @@ impl Model {
                     rules.kept = Some(kept);
                 }
             }
-            Rule::OneByOne { coordinates, moves } => {
-                let size = if coordinates { 1 } else { self.dimension };
-                rules.one_by_one = Some((size, moves));
-            }
+            Rule::OneByOne { each, moves } => rules.one_by_one = Some((each, moves)),
             Rule::Position { old, new, h } => {
                 rules.position = Some([old, new, f64::from(h)]);
             }
@@ -829,7 +835,7 @@ impl Model {
             | Effect::Start(term, ..) => *term,
             Effect::Method(..)
             | Effect::Fixed(_)
-            | Effect::Helper(_)
+            | Effect::Helper(..)
             | Effect::Scene(_)
             | Effect::Partly(..)
             | Effect::Rounds(_) => {
@@ -1060,7 +1066,7 @@ impl Model {
         let mut put_all = |element: &Element, particles: &[usize], blocks: &mut [Matrix3<f64>]| {
             let m = particles.len();
             changes.iter().flatten().for_each(|change| change.change(m, blocks));
-            if let (Some(Helper::Entries(of, axes)), 2) = (self.helper, m)
+            if let (Some(Helper::Entries(of, axes)), 2) = (self.helper_of(model.term), m)
                 && of.contains(&quantity)
             {
                 blocks.iter_mut().for_each(|block| *block = axes.of_matrix(*block));
@@ -1104,6 +1110,12 @@ impl Model {
         }
     }
 
+    /// The slip in the functions on vectors of a term.
+    fn helper_of(&self, term: Term) -> Option<Helper> {
+        let is_its = |of: &Option<&str>| of.is_none_or(|tag| tag == term.tag);
+        self.helper.filter(|(of, _)| is_its(of)).map(|(_, helper)| helper)
+    }
+
     /// How often a term's formula is evaluated.
     fn n_evaluations(&self, model: &TermModel, quantity: Quantity) -> usize {
         let on_all = |element: &Element| element.particles.is_empty();
@@ -1114,7 +1126,7 @@ impl Model {
     /// How the blocks of a term's Jacobian are changed: by itself, and then as those of every force between two particles.
     fn block_changes(&self, model: &TermModel, quantity: Quantity) -> [Option<Blocks>; 2] {
         let is_pair = || model.term.schema().stencil.size() == 2;
-        let of_all = match self.helper {
+        let of_all = match self.helper_of(model.term) {
             Some(Helper::Blocks(of, change)) if of.contains(&quantity) && is_pair() => Some(change),
             _ => None,
         };
@@ -1251,7 +1263,8 @@ impl Model {
         [x, v]: [&[f64]; 2],
         masses: Option<MassAt>,
     ) -> Inputs {
-        let of_all = match self.helper {
+        let helper = self.helper_of(model.term);
+        let of_all = match helper {
             Some(Helper::Read(read)) => Some(read),
             _ => None,
         };
@@ -1295,7 +1308,7 @@ impl Model {
                     });
                 each.sum::<f64>().sqrt()
             }
-            _ => helper::length(self.helper, &d),
+            _ => helper::length(helper, &d),
         };
         let mass_of = |particle: usize| match masses {
             None => particle,
@@ -1315,7 +1328,8 @@ impl Model {
             d,
             v: [read(v, i, Coordinates::Velocities(0)), read(v, j, Coordinates::Velocities(1))],
             l: model.softening.map_or(l, |softening| softening.of(l)),
-            helper: self.helper,
+            helper,
+            by_zero: self.by_zero,
         }
     }
 }
@@ -1409,7 +1423,7 @@ impl TermModel {
             }
             Effect::Method(..)
             | Effect::Fixed(_)
-            | Effect::Helper(_)
+            | Effect::Helper(..)
             | Effect::Scene(_)
             | Effect::Partly(..)
             | Effect::Rounds(_) => {}
@@ -1976,6 +1990,20 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         SceneRule::Parameter(tag, name, value) => {
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 *element.parameter_mut(name) = value;
+            }
+        }
+        SceneRule::Counted(tag, power) => {
+            let count = scene.forces.iter().filter(|element| of(tag)(element)).count() as f64;
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                for name in element.schema.parts.iter().flat_map(|part| part.scaled_by) {
+                    *element.parameter_mut(name) *= count.powi(power);
+                }
+            }
+        }
+        SceneRule::Root(tag, [name, other], number) => {
+            for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                let root = element.parameter(other).sqrt();
+                *element.parameter_mut(name) *= number * root;
             }
         }
         SceneRule::Signed(tag, name, sign) => {

@@ -238,7 +238,7 @@ impl Model {
         }
         let (masses, still) = ([1.0; 2], [Vector3::zeros(); 2]);
         let (d, l, h) = (v, v.norm(), self.h);
-        let at = Inputs { parameters, masses, h, d, v: still, l, helper: None };
+        let at = Inputs { parameters, masses, h, d, v: still, l, helper: None, by_zero: 0.0 };
         rounds.local.value(&at).vector()
     }
 

@@ -18,8 +18,8 @@ use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
 use super::work::cost;
 use super::{
-    Accumulated, Change, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Stale, Start, Term,
-    Unknowns,
+    Accumulated, Change, Each, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Stale, Start,
+    Term, Unknowns,
 };
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
@@ -163,8 +163,8 @@ impl Model {
         let mut converged = true;
         match self.method {
             Some(OnePoint::Explicit | OnePoint::Symplectic) => match self.rules.one_by_one {
-                Some((size, moves)) => {
-                    self.one_by_one(time, state, size, moves);
+                Some((each, moves)) => {
+                    self.one_by_one(time, state, each, moves);
                     if moves {
                         self.fix(&old, state);
                         return Some(true);
@@ -290,15 +290,15 @@ impl Model {
             || self.fixed_rules.ended == Some(true) && self.fixed[..=dof].contains(&true)
     }
 
-    /// A step of an explicit method, so many coordinates at a time; the velocities alone unless it moves.
-    fn one_by_one(&self, time: f64, state: &mut State, size: usize, moves: bool) {
-        for first in (0..self.mass.len()).step_by(size) {
+    /// A step of an explicit method, some coordinates at a time; the velocities alone unless it moves.
+    fn one_by_one(&self, time: f64, state: &mut State, each: Each, moves: bool) {
+        for group in each.groups(self.mass.len(), self.dimension) {
             let force = self.force(&Point::new(&state.positions, &state.velocities, time));
-            for (dof, force) in force.iter().enumerate().skip(first).take(size) {
+            for dof in group {
                 let old = state.velocities[dof];
                 let [of_old, of_new] = self.position_rule(dof);
                 if !self.is_held(dof) {
-                    let given = self.force_coefficient(dof) * force;
+                    let given = self.force_coefficient(dof) * force[dof];
                     state.velocities[dof] += given / self.mass[dof];
                 }
                 if moves {
@@ -357,19 +357,22 @@ impl Model {
             }
             _ => self.point(time, old, u, at),
         };
-        self.displace_velocities(&mut at, old, u, false);
+        self.displace(&mut at, old, u, Quantity::Force);
         at.v.iter_mut().for_each(|v| *v *= self.rules.seen[0]);
         self.with_others(at, earlier)
     }
 
-    /// Puts others in the place of the velocities at which forces or Jacobians are evaluated.
-    fn displace_velocities(&self, at: &mut Point, old: &State, u: &[f64], of_jacobians: bool) {
+    /// Puts others in the place of the positions or velocities at which a quantity is evaluated.
+    fn displace(&self, at: &mut Point, old: &State, u: &[f64], quantity: Quantity) {
         let pairs = old.velocities.iter().zip(u);
         match self.rules.seen_at {
-            Some(SeenAt::Displaced { jacobians }) if jacobians || !of_jacobians => {
+            Some(SeenAt::Displaced { jacobians }) if jacobians || quantity == Quantity::Force => {
                 at.v = pairs.map(|(v, u)| v + self.h * u).collect();
             }
             Some(SeenAt::Ahead) => at.v = pairs.map(|(v, u)| u + (u - v)).collect(),
+            Some(SeenAt::Moved(which)) if which[quantity.place()] => {
+                at.x.iter_mut().zip(&old.positions).for_each(|(x, old)| *x -= old);
+            }
             _ => {}
         }
     }
@@ -402,7 +405,8 @@ impl Model {
             Some(SeenAt::Twice) => x.iter_mut().for_each(|x| *x *= 2.0),
             Some(SeenAt::Velocity(from, to)) => copy(&mut u, [from, to]),
             Some(SeenAt::Predicted(from, to)) => copy(&mut along, [from, to]),
-            Some(SeenAt::Ahead | SeenAt::Mean | SeenAt::Displaced { .. }) | None => {}
+            Some(SeenAt::Ahead | SeenAt::Mean | SeenAt::Displaced { .. } | SeenAt::Moved(_))
+            | None => {}
         }
         x.iter_mut().zip(&along).for_each(|(x, u)| *x += c * self.h * u);
         if self.fixed_rules.behind && self.is_implicit() {
@@ -456,7 +460,7 @@ impl Model {
         };
         let at = self.rules.jacobians_at[usize::from(quantity == Quantity::ByVelocity)];
         let mut at = self.point(time, of, u, at.unwrap_or(1.0));
-        self.displace_velocities(&mut at, of, u, true);
+        self.displace(&mut at, of, u, quantity);
         let place = quantity.place();
         at.v.iter_mut().for_each(|v| *v *= self.rules.seen[place]);
         Some(self.with_others(at, earlier))
@@ -1007,7 +1011,7 @@ impl Model {
             delta.iter_mut().zip(&self.mass).for_each(|(delta, mass)| *delta /= mass);
         }
         let mut value = match self.rules.one_by_one {
-            Some((size, moves)) => self.value_one_by_one(model, &at, &sample.after, size, moves),
+            Some((each, moves)) => self.value_one_by_one(model, &at, &sample.after, each, moves),
             None => self.value(model, read, &at, &delta),
         };
         for (dof, value) in value.iter_mut().enumerate() {
@@ -1027,24 +1031,26 @@ impl Model {
         value
     }
 
-    /// The forces of a term, so many coordinates at a time, where those before are at the end of the step.
+    /// The forces of a term, some coordinates at a time, where those before are at the end of the step.
     fn value_one_by_one(
         &self,
         model: &TermModel,
         at: &Point,
         after: &State,
-        size: usize,
+        each: Each,
         moves: bool,
     ) -> Vec<f64> {
         let mut at = at.clone();
-        let mut all = Vec::with_capacity(at.x.len());
-        for first in (0..at.x.len()).step_by(size) {
-            let next = first..first + size;
-            all.extend(&self.value(model, Quantity::Force, &at, &[])[next.clone()]);
-            if moves {
-                at.x[next.clone()].copy_from_slice(&after.positions[next.clone()]);
+        let mut all = vec![0.0; at.x.len()];
+        for group in each.groups(at.x.len(), self.dimension) {
+            let value = self.value(model, Quantity::Force, &at, &[]);
+            for dof in group {
+                all[dof] = value[dof];
+                if moves {
+                    at.x[dof] = after.positions[dof];
+                }
+                at.v[dof] = after.velocities[dof];
             }
-            at.v[next.clone()].copy_from_slice(&after.velocities[next]);
         }
         all
     }

@@ -147,6 +147,11 @@ impl<'a> SceneEvidence<'a> {
         })
     }
 
+    /// Whether its first step is not finite.
+    pub(super) fn is_infinite_at_once(&self) -> bool {
+        matches!(self.judged.outcome, Outcome::NotFinite(step) if step <= 1)
+    }
+
     /// Whether its steps are evidence of a mistake.
     pub(super) fn is_suspect(&self) -> bool {
         self.kind == Some(Kind::Wrong) && self.steps.wrong > 0
@@ -492,8 +497,7 @@ impl<'a> Marked<'a> {
 
     /// Whether its first step is not finite, and nothing explains it.
     pub(super) fn fails_at_once(&self) -> bool {
-        let is_first = matches!(self.judged.outcome, Outcome::NotFinite(step) if step <= 1);
-        is_first && !self.is_set_aside && !self.explained && !self.open
+        self.is_infinite_at_once() && !self.is_set_aside && !self.explained && !self.open
     }
 
     /// Whether a change that disagrees with it is refuted. A wrong Jacobian may have led to another root, and states in a

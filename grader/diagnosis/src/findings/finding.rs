@@ -157,7 +157,7 @@ impl Finding {
         let open = match self.open {
             0 => String::new(),
             open => format!(
-                "; {open} more say nothing of it, as Newton's method hardly converges with the mistakes found"
+                "; {open} more say nothing of it, as Newton's method converges slowly or not at all with the mistakes found"
             ),
         };
         let evidence = match self.kind {

@@ -72,6 +72,10 @@ pub(super) enum Kind {
     TimeSteps(&'static str),
     /// The times of the trace are not those of the scene, and count by no one time step.
     Times,
+    /// The times are wrong, the states follow one another: how, in words.
+    TimeColumn(String),
+    /// A number of each particle stands in the place of another one: which, in words.
+    Column(String),
     Late,
     VelocitiesLate,
     /// `m v` in the place of each velocity.
@@ -92,6 +96,8 @@ pub(super) enum Kind {
     Digits(usize),
     Decimals(usize),
     Single,
+    /// Only the written numbers are in single precision.
+    SingleWritten,
 }
 
 impl fmt::Display for Kind {
@@ -125,6 +131,7 @@ impl fmt::Display for Kind {
             Self::Zeros => "every number is 0",
             Self::TimeStep(step) => return write!(f, "dt is always taken as {step}"),
             Self::TimeSteps(how) | Self::LastState(how) => how,
+            Self::Column(how) | Self::TimeColumn(how) => how.as_str(),
             Self::Times => "the times are not multiples of dt",
             Self::Late => "each state is written one step late",
             Self::VelocitiesLate => "the velocities are those of the step before",
@@ -144,6 +151,7 @@ impl fmt::Display for Kind {
                 return write!(f, "numbers are rounded to {decimals} decimals");
             }
             Self::Single => "numbers are in single precision",
+            Self::SingleWritten => "numbers are written in single precision",
         };
         f.write_str(text)
     }
@@ -176,7 +184,9 @@ impl Kind {
             | Self::TimeSteps(_)
             | Self::TimeStep(_) => Feature::Reading,
             Self::FixedStopped => Feature::Fixed(Family::Any),
-            Self::Digits(_) | Self::Decimals(_) | Self::Single => Feature::Precision,
+            Self::Digits(_) | Self::Decimals(_) | Self::Single | Self::SingleWritten => {
+                Feature::Precision
+            }
             Self::NoTrace
             | Self::TooMuch
             | Self::Malformed
@@ -195,6 +205,8 @@ impl Kind {
             | Self::Late
             | Self::VelocitiesLate
             | Self::Momenta
+            | Self::TimeColumn(_)
+            | Self::Column(_)
             | Self::SingleBytes => Feature::Output,
         })
     }
@@ -228,6 +240,8 @@ impl Kind {
                 | Self::Digits(_)
                 | Self::Decimals(_)
                 | Self::Single
+                | Self::SingleWritten
+                | Self::TimeColumn(_)
         )
     }
 
@@ -276,7 +290,7 @@ impl Kind {
             Outcome::NoTrace => Self::NoTrace,
             Outcome::TooMuchOutput => Self::TooMuch,
             Outcome::Malformed(_) | Outcome::Fields { .. } => {
-                in_numbers().unwrap_or(Self::Malformed)
+                time_column(judged).or_else(in_numbers).unwrap_or(Self::Malformed)
             }
             Outcome::StartsAtOne => Self::StartsAtOne,
             Outcome::OtherTimes(step) => {
@@ -296,6 +310,46 @@ impl Kind {
             | Outcome::Differs => in_numbers().unwrap_or(Self::Wrong),
         })
     }
+}
+
+/// Wrong times, by the number of their state and the time step, in words.
+type Times = (fn(f64, f64) -> f64, &'static str);
+
+/// How the times of states may be wrong.
+const TIMES: [Times; 5] = [
+    (|number, step| (number - 1.0).max(0.0) * step, "each time is that of the state before"),
+    (|number, step| (number + 1.0) * step, "each time is that of the state after"),
+    (
+        |number, step| if number == 0.0 { 0.0 } else { (number + 1.0) * step },
+        "each time but the first is that of the state after",
+    ),
+    (|_, _| 0.0, "every time is 0"),
+    (|number, _| number, "each time is the number of the state"),
+];
+
+/// The kind of failure if only the times of a trace are known to be wrong.
+pub(super) fn time_column(judged: &JudgedScene<'_>) -> Option<Kind> {
+    let times = judged.states.iter().map(|state| state.time).collect::<Option<Vec<f64>>>()?;
+    let step = judged.scene.time_step;
+    let are = |of: fn(f64, f64) -> f64| {
+        let wanted: Vec<f64> = (0..times.len()).map(|number| of(number as f64, step)).collect();
+        same(&times, &wanted)
+    };
+    if times.len() < 2 || are(|number, step| number * step) {
+        return None;
+    }
+    let known = TIMES.iter().find(|(of, _)| are(*of)).map(|(_, words)| (*words).to_owned());
+    let is_rounded = |decimals: &i32| {
+        let unit = 10.0_f64.powi(-decimals);
+        let right = times.iter().enumerate().map(|(number, time)| (time, number as f64 * step));
+        right.into_iter().all(|(time, right)| {
+            (time - right).abs() <= 0.501 * unit && same(&[*time], &[(time / unit).round() * unit])
+        })
+    };
+    let rounded = || (1..=6).find(is_rounded);
+    let rounded = || rounded().map(|decimals| format!("times are rounded to {decimals} decimals"));
+    let words = known.or_else(rounded).unwrap_or_else(|| "the times are wrong".to_owned());
+    Some(Kind::TimeColumn(words))
 }
 
 /// The kind of failure if the first wrong numbers are right numbers in a wrong form.

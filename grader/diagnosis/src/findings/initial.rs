@@ -17,7 +17,7 @@ use super::judged::Outcome;
 use super::restore::is_start;
 
 /// The attributes of a particle: position, then velocity.
-const NAMES: [&str; 4] = ["px", "py", "vx", "vy"];
+pub(super) const NAMES: [&str; 4] = ["px", "py", "vx", "vy"];
 
 /// A wrong reading of an attribute of every particle, by its place in [`NAMES`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

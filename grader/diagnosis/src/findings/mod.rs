@@ -60,8 +60,14 @@ pub use tasks::{TaskFinding, TaskVerdict};
 pub use thresholds::Thresholds;
 pub use trace::is_recorded;
 
+/// Messages of which each is looked at by itself.
+const MESSAGES: usize = 3;
+
 /// Minimum number of failing scenes from which a feature is inferred.
 const FEW: usize = 2;
+
+/// Follows the words of a program that ends with a singular matrix where particles are fixed.
+const SINGULAR: &str = ", as where the diagonal entries of their cleared rows are not set to 1";
 
 /// The findings in a submission.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -287,7 +293,9 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
     let mut concerned: Vec<&Marked<'_>> = scenes.iter().filter(is_in).collect();
     concerned.sort_by_key(|scene| scene.simplicity());
     let malformed = |scene: &&Marked<'_>| match &scene.judged.outcome {
-        Outcome::Malformed(what) if scene.kind == Some(Kind::Malformed) => {
+        Outcome::Malformed(what)
+            if matches!(scene.kind, Some(Kind::Malformed | Kind::TimeColumn(_))) =>
+        {
             Some(format!("in {}, {what}", scene.judged.name))
         }
         Outcome::Fields { expected, found } if scene.kind == Some(Kind::Malformed) => {
@@ -751,12 +759,17 @@ fn of_guilty(
 
 /// The features whose scenes are exactly those that crash, report an error, do not end, or take too much memory.
 fn ends(scenes: &[Marked<'_>], named: &[Change]) -> Vec<Finding> {
-    let acts = |scene: &&Marked<'_>| named.iter().any(|change| change.must_act_in(&scene.scene));
-    let of = |symptom: Symptom| -> Vec<Finding> {
-        let failing: Vec<&Marked<'_>> = scenes
-            .iter()
-            .filter(|scene| scene.kind.as_ref().is_some_and(|kind| kind.symptom() == symptom))
-            .collect();
+    let is_there = |place: Place, scene: &Scene| match place {
+        Place::Force(term) | Place::Jacobian(term) => {
+            terms(scene).into_iter().any(|one| term.includes(one))
+        }
+        _ => true,
+    };
+    let acts = |scene: &&Marked<'_>| {
+        let inner = &scene.scene;
+        named.iter().any(|change| change.must_act_in(inner) && is_there(change.place, inner))
+    };
+    let of = |(symptom, failing): (Symptom, Vec<&Marked<'_>>)| -> Vec<Finding> {
         let has_run = |scene: &&Marked<'_>| scene.passed || scene.judged.states.len() > 1;
         let ran: Vec<&Marked<'_>> = scenes.iter().filter(has_run).collect();
         let right: Vec<&Scene> = ran.iter().map(|scene| scene.judged.scene).collect();
@@ -769,9 +782,9 @@ fn ends(scenes: &[Marked<'_>], named: &[Change]) -> Vec<Finding> {
         let is_one_message = symptom == Symptom::Error
             && failing.windows(2).all(|pair| pair[0].judged.outcome == pair[1].judged.outcome);
         // Another mistake may end the program in scenes in which it acts.
-        let is_named = !failing.is_empty() && failing.iter().all(acts);
+        let is_named = failing.iter().all(acts);
         let beside = if is_named { ", where what is named acts too" } else { "" };
-        if found.is_empty() && (is_one_message || is_named) && !failing.is_empty() {
+        if found.is_empty() && (is_one_message || is_named) {
             // A common property of these scenes says less than the message.
             return vec![shared::unnamed(format!("{symptom}{beside}"), &failing)];
         }
@@ -780,14 +793,48 @@ fn ends(scenes: &[Marked<'_>], named: &[Change]) -> Vec<Finding> {
             let groups = shared::groups(failing, &right, &format!("{symptom}; "));
             return groups.into_iter().map(|shared| shared.finding).collect();
         }
+        let is_singular = failing.iter().all(|scene| match &scene.judged.outcome {
+            Outcome::Stopped(line) => line.to_lowercase().contains("singular"),
+            _ => false,
+        });
         let finding = |guilty| {
             let mut finding = of_guilty(FindingKind::Ends(symptom), guilty, &failing);
-            finding.words.iter_mut().for_each(|words| words.push_str(beside));
+            let is_of_rows = is_singular && finding.features == [Feature::Fixed(Family::Implicit)];
+            let rows = if is_of_rows { SINGULAR } else { "" };
+            finding.words.iter_mut().for_each(|words| words.push_str(&format!("{rows}{beside}")));
             finding
         };
         found.into_iter().map(finding).collect()
     };
-    Symptom::ALL.into_iter().filter(|symptom| *symptom != Symptom::Wrong).flat_map(of).collect()
+    let symptoms = Symptom::ALL.into_iter().filter(|symptom| *symptom != Symptom::Wrong);
+    let groups = symptoms.flat_map(|symptom| {
+        let is_it =
+            |scene: &&Marked<'_>| scene.kind.as_ref().is_some_and(|kind| kind.symptom() == symptom);
+        let groups = by_message(scenes.iter().filter(is_it).collect());
+        groups.into_iter().map(move |failing| (symptom, failing))
+    });
+    groups.flat_map(of).collect()
+}
+
+/// These scenes, none or some that end with one message each: all together where there are many messages.
+fn by_message<'a, 'b>(failing: Vec<&'a Marked<'b>>) -> Vec<Vec<&'a Marked<'b>>> {
+    let words = |scene: &Marked<'_>| match &scene.judged.outcome {
+        Outcome::Stopped(line) => line.replace(|c: char| c.is_ascii_digit(), ""),
+        _ => String::new(),
+    };
+    let mut groups: Vec<(String, Vec<&Marked<'_>>)> = Vec::new();
+    for scene in &failing {
+        let message = words(scene);
+        match groups.iter_mut().find(|(known, _)| *known == message) {
+            Some((_, group)) => group.push(scene),
+            None => groups.push((message, vec![scene])),
+        }
+    }
+    match groups.len() {
+        0 => Vec::new(),
+        1..=MESSAGES => groups.into_iter().map(|(_, group)| group).collect(),
+        _ => vec![failing],
+    }
 }
 
 /// The features that the program says it lacks, one finding for each name.

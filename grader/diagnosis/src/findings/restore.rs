@@ -32,7 +32,7 @@ enum Undo {
     Late,
     /// The scene's initial state is not written.
     Missing,
-    /// Rows have wrong numbers alone.
+    /// Rows have wrong numbers or times alone.
     Renumbered,
     /// The velocities are those of the step before.
     VelocitiesLate,
@@ -165,7 +165,7 @@ impl Undo {
             Kind::Negated => vec![Self::Negated],
             Kind::Late => vec![Self::Late],
             Kind::InitialMissing => vec![Self::Missing],
-            Kind::CountsFromOne => vec![Self::Renumbered],
+            Kind::CountsFromOne | Kind::TimeColumn(_) => vec![Self::Renumbered],
             Kind::VelocitiesLate => vec![Self::VelocitiesLate],
             Kind::Momenta => vec![Self::Momenta],
             Kind::InitialVelocity

@@ -1,9 +1,12 @@
 //! Faults of the rows of traces, seen in all scenes: how many there are, and which.
 //!
 //! ```text
+//! times       they count by another time step, and the steps are right by that of the scene, in some scenes
 //! integer     there are as many as for a duration without its fraction, in every scene
 //! from one    the first row, of step 1, is the initial state, or the one after it
 //! fields      as many as free particles have, in every scene with fixed ones
+//! column      a number of each particle is another one of it, in every row of every scene
+//! single      the rows of some scenes end with what a right program has then, in single precision
 //! the same    all rows of a trace are one state, or have its positions: that of the end in some scenes, so that it is in all
 //! ```
 
@@ -16,17 +19,98 @@ use simulator::solver::linear::LinearSolver;
 
 use super::FEW;
 use super::evidence::{Marked, SceneEvidence};
-use super::form::{Kind, same};
+use super::form::{Kind, same, time_column};
+use super::initial::NAMES;
 use super::judged::{JudgedScene, Outcome};
 use super::restore::is_start;
 use crate::steps;
 
+/// States after which numbers of a program in single precision are off by more than a rounding.
+const LONG: usize = 50;
+
 /// Gives scenes the kind of failure that all of them show together.
 pub(super) fn settle(scenes: &mut [SceneEvidence<'_>]) {
+    settle_times(scenes);
     settle_durations(scenes);
     settle_fields(scenes);
     settle_same(scenes);
     settle_first_rows(scenes);
+    settle_columns(scenes);
+    settle_single(scenes);
+}
+
+/// Scenes of a plane in which one number of each particle stands in the place of another one in every row, if that is so in
+/// all: forces make a difference between what is read so.
+fn settle_columns(scenes: &mut [SceneEvidence<'_>]) {
+    let is_plane = |scene: &&SceneEvidence<'_>| scene.scene.dimension.count() == 2;
+    let rows = || scenes.iter().filter(is_plane).flat_map(|scene| scene.judged.states);
+    let places = || 0..NAMES.len();
+    let pairs = places().flat_map(|of| places().map(move |from| [of, from]));
+    let is_copied = |[of, from]: [usize; 2]| {
+        let is_so = |row: &State| {
+            let numbers = |place: usize| {
+                let all = if place < 2 { &row.positions } else { &row.velocities };
+                all.iter().skip(place % 2).step_by(2)
+            };
+            numbers(of).eq(numbers(from))
+        };
+        of != from && rows().all(is_so)
+    };
+    let is_shown = |scene: &SceneEvidence<'_>| {
+        is_plane(&scene) && scene.judged.states.len() > 2 && !scene.scene.forces.is_empty()
+    };
+    if scenes.iter().filter(|scene| scene.kind.is_some() && is_shown(scene)).count() < FEW {
+        return;
+    }
+    // Each of two equal columns may be the wrong one: the first number that is wrong says which.
+    let first = |scene: &&SceneEvidence<'_>| {
+        let first = scene.judged.first_wrong.filter(|_| is_shown(scene))?;
+        let row = first.context.iter().find(|row| row.step == first.step)?;
+        row.got.iter().zip(&row.expected).position(|(got, right)| !same(&[*got], &[*right]))
+    };
+    let wrong: Vec<usize> = scenes.iter().filter_map(|scene| first(&scene)).collect();
+    let mut copied = pairs.filter(|pair| wrong.contains(&pair[0]) && is_copied(*pair));
+    let (Some([of, from]), None) = (copied.next(), copied.next()) else { return };
+    let words = format!("{} is written in the place of {}", NAMES[from], NAMES[of]);
+    for scene in scenes.iter_mut().filter(|scene| is_plane(&&**scene)) {
+        if scene
+            .kind
+            .as_ref()
+            .is_some_and(|kind| kind.shows_start() || *kind == Kind::InitialWritten)
+        {
+            scene.kind = Some(Kind::Column(words.clone()));
+        }
+    }
+}
+
+/// Single precision of the written numbers alone, if long scenes end as those of a right program do.
+fn settle_single(scenes: &mut [SceneEvidence<'_>]) {
+    let is_long = |scene: &SceneEvidence<'_>| {
+        scene.kind == Some(Kind::Single) && scene.judged.states.len() > LONG
+    };
+    let long: Vec<&SceneEvidence<'_>> = scenes.iter().filter(|scene| is_long(scene)).collect();
+    let are_rounded = |got: &[f64], right: &[f64]| {
+        let half = 0.51 * f64::from(f32::EPSILON);
+        got.iter().zip(right).all(|(got, right)| (got - right).abs() <= half * right.abs())
+    };
+    if long.len() < FEW || !long.into_iter().all(|scene| ends_as(scene.judged, are_rounded)) {
+        return;
+    }
+    for scene in scenes.iter_mut().filter(|scene| scene.kind == Some(Kind::Single)) {
+        scene.kind = Some(Kind::SingleWritten);
+    }
+}
+
+/// Scenes whose times alone are wrong, if so are those of some in which every step is right.
+fn settle_times(scenes: &mut [SceneEvidence<'_>]) {
+    let counts = |scene: &SceneEvidence<'_>| matches!(scene.kind, Some(Kind::TimeStep(_)));
+    let is_right = |scene: &SceneEvidence<'_>| scene.steps.total > 0 && scene.steps.wrong == 0;
+    if scenes.iter().filter(|scene| counts(scene) && is_right(scene)).count() < FEW {
+        return;
+    }
+    for scene in scenes.iter_mut().filter(|scene| counts(scene)) {
+        scene.kind = time_column(scene.judged).or_else(|| scene.kind.take());
+    }
 }
 
 /// Scenes whose traces have as many states as if the duration were an integer, if all have.
@@ -165,6 +249,11 @@ fn same_in_rows(judged: &JudgedScene<'_>) -> Option<Same> {
 
 /// Whether the last state of a trace is that of a right program.
 fn ends_right(judged: &JudgedScene<'_>) -> bool {
+    ends_as(judged, same)
+}
+
+/// Whether positions and velocities of the last state of a trace are these of those of a right program.
+fn ends_as(judged: &JudgedScene<'_>, are: fn(&[f64], &[f64]) -> bool) -> bool {
     let scene = judged.scene;
     let Some(last) = judged.states.last().filter(|_| !judged.has_positions_alone) else {
         return false;
@@ -176,7 +265,7 @@ fn ends_right(judged: &JudgedScene<'_>) -> bool {
         }
     }
     let right = simulation.state();
-    same(&last.positions, right.positions) && same(&last.velocities, right.velocities)
+    are(&last.positions, right.positions) && are(&last.velocities, right.velocities)
 }
 
 /// How a program counts its steps: the ways that give right counts in the scenes that passed, and too few or too many states

@@ -277,6 +277,14 @@ fn hypotheses() -> Vec<Hypothesis> {
             all.push(hypothesis(Feature::Fixed(of), detail, expects));
         }
     }
+    for kind in integrator::REGISTRY {
+        let name = kind.schema.name;
+        let expects = move |scene: &Scene| {
+            let fixed = scene.particles.iter().any(|particle| particle.fixed);
+            when(scene.integrator.name == name && fixed)
+        };
+        all.push(hypothesis(Feature::Fixed(Family::of(name)), &format!("{name} alone"), expects));
+    }
     let several = "or adding up its forces, where there are several";
     all.push(hypothesis(Feature::Reading, several, |scene: &Scene| when(scene.forces.len() > 1)));
     all.push(hypothesis(Feature::Reading, "masses", |scene: &Scene| {

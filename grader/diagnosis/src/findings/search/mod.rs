@@ -10,13 +10,14 @@
 //! on every machine. A choice between changes that explain the same is made again once another cause is known.
 
 mod gates;
+mod matrix;
 mod residuals;
 mod weigh;
 
 use std::collections::{BTreeSet, HashMap};
 
 use crate::change::candidates;
-use crate::change::{Change, Effect, Memory, Place, Quantity, Rule, Term};
+use crate::change::{Change, Effect, Memory, Model, Place, Quantity, Rule, Term};
 use rayon::prelude::*;
 use scene::Scene;
 use scene::schema::{Convergence, IntegratorSchema, Matrix};
@@ -175,7 +176,7 @@ impl<'a> Search<'a> {
     }
 
     /// Milliseconds of its ceiling that are left, by what is counted.
-    fn left(&self) -> u64 {
+    fn remaining(&self) -> u64 {
         let spent: u64 = self.scenes.iter().map(|scene| scene.work.nanoseconds()).sum();
         self.limits.ceiling.saturating_sub(spent / 1_000_000)
     }
@@ -200,7 +201,7 @@ impl<'a> Search<'a> {
             let full = self.n_mistakes() >= self.limits.mistakes;
             let mut next = self.lacks(&made, false);
             if next.is_empty() {
-                next = self.of_linearized(&made);
+                next = self.matrices_of_newton(&made);
             }
             if next.is_empty() {
                 next = self.round(&made);
@@ -209,6 +210,9 @@ impl<'a> Search<'a> {
                 next = self.lacks(&made, true);
             }
             next.retain(|cause| !full || cause.is_lack());
+            if next.is_empty() && self.merge_in_matrix() {
+                continue;
+            }
             if next.is_empty() {
                 break;
             }
@@ -229,10 +233,14 @@ impl<'a> Search<'a> {
         }
         self.mark_open();
         self.drop_all(Self::is_refuted);
+        // A later cause may have taken scenes from one, and not from its rival.
+        if self.prefer_rivals() {
+            self.settle();
+        }
     }
 
     /// Mistakes of a linearized method that Newton's method has as well, alone or with an end.
-    fn of_linearized(&self, made: &[Change]) -> Vec<Cause> {
+    fn matrices_of_newton(&self, made: &[Change]) -> Vec<Cause> {
         let has_it =
             |scene: &&Marked<'_>| scene.is_left() && !of_linearized(scene, made).is_empty();
         let mut left: Vec<&Marked<'_>> = self.scenes.iter().filter(has_it).collect();
@@ -370,13 +378,14 @@ impl<'a> Search<'a> {
                 |change: &&Change| change.acts_in(&scene.scene) && model.is_changed_by(change);
             let acting = made.iter().filter(acts).count();
             let size = scene.scene.particles.len() * scene.scene.dimension.count();
-            let (cost, left) = (cost(scene.scene.integrator, size, pairs), self.left());
+            let (needed, remaining) =
+                (estimated(scene.scene.integrator, size, pairs), self.remaining());
             let is_known = self.tried.get(&(number, pairs)) == Some(&acting);
-            if most == 0 || cost > left || is_known || !seen.insert((number, pairs)) {
+            if most == 0 || needed > remaining || is_known || !seen.insert((number, pairs)) {
                 continue;
             }
             most -= 1;
-            scene.work.allow(left);
+            scene.work.allow(remaining);
             let mut survivors: Vec<Vec<Change>> = match pairs {
                 false => {
                     let mut found = survivors(&scene, made, &self.time_steps);
@@ -399,7 +408,7 @@ impl<'a> Search<'a> {
                 }
             };
             // A partial enumeration may lack the right change.
-            if self.left() == 0 {
+            if self.remaining() == 0 {
                 break;
             }
             let is_excluded = |change: &Change| self.excluded.contains(change);
@@ -523,7 +532,8 @@ impl<'a> Search<'a> {
                 still.extend(explained);
                 (still.len() > cause.scenes.len()).then_some((changes, still))
             };
-            let Some((changes, explained)) = cause.rivals.iter().find_map(better) else { continue };
+            let mut rivals = cause.rivals.iter().chain(&cause.alternatives[1..]);
+            let Some((changes, explained)) = rivals.find_map(better) else { continue };
             let before = std::mem::take(&mut self.found[number].scenes);
             for scene in before.into_iter().chain(explained.iter().copied()) {
                 self.scenes[scene].explained = explained.contains(&scene);
@@ -554,16 +564,21 @@ impl<'a> Search<'a> {
                 let is_astray = scene.is_newton() && acting.iter().any(is_jacobian);
                 let model = scene.model(&made);
                 // No step shows what makes numbers that are not finite at once, unless it does so here.
-                let is_finite = || {
+                let is_finite = |model: &Model| {
                     let start = model.start();
                     model.step(&mut Memory::default(), 0, None, &start).is_some()
                 };
-                let agrees = || match scene.judged.outcome {
-                    Outcome::NotFinite(step) if step <= 1 => !is_finite(),
-                    _ => scene.agrees_with(&model, usize::MAX) != Agreement::Differs,
+                // Where a program goes on with what it divided by 0 is not known.
+                let divides = || {
+                    let right = || scene.model(&[]).dividing_by_zero();
+                    !is_finite(&model.clone().dividing_by_zero()) && is_finite(&right())
+                };
+                let agrees = || match scene.is_infinite_at_once() {
+                    true => !is_finite(&model),
+                    false => scene.agrees_with(&model, usize::MAX) != Agreement::Differs,
                 };
                 scene.open = is_astray
-                    || !acting.is_empty() && model.can_step() && agrees()
+                    || !acting.is_empty() && model.can_step() && (agrees() || divides())
                     || !scene.evidence.is_empty() && steps_otherwise(scene, &made);
             });
     }
@@ -733,7 +748,7 @@ fn is_of_rounds(change: &Change) -> bool {
 
 /// Milliseconds, as they are counted, in which the changes of a scene, or their pairs, are mostly enumerated: a scene that needs
 /// more than is left is passed over. Each iteration of Newton's method solves a dense system.
-fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
+fn estimated(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
     let size = size as u64;
     let is_implicit = integrator.matrix == Matrix::Jacobians;
     let is_newton = matches!(integrator.convergence, Convergence::Update(_));
@@ -750,7 +765,6 @@ fn cost(integrator: &IntegratorSchema, size: usize, pairs: bool) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::change::Model;
     use crate::findings::evidence::SceneEvidence;
     use crate::findings::judged::JudgedScene;
     use scene::trace::State;
@@ -835,11 +849,11 @@ mod tests {
         let linearized = simulator::vocabulary().integrator("linearized-implicit-euler");
         let linearized = linearized.expect("an integrator of the registry");
         let limits = Thresholds::default();
-        let all = |size: usize, pairs: bool, count: u64| count * cost(linearized, size, pairs);
+        let all = |size: usize, pairs: bool, count: u64| count * estimated(linearized, size, pairs);
         assert!(all(50, true, 1) > limits.ceiling);
         let newton = simulator::vocabulary().integrator("implicit-euler");
         let newton = newton.expect("an integrator of the registry");
-        assert!(2 * cost(newton, 32, false) > limits.ceiling);
+        assert!(2 * estimated(newton, 32, false) > limits.ceiling);
         // The largest net alone, and pairs in the scenes of few particles that most mistakes show in.
         assert!(all(50, false, limits.tried as u64) < limits.ceiling);
         assert!(all(8, true, limits.tried as u64 / 2) < limits.ceiling);

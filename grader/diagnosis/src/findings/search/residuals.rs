@@ -39,7 +39,7 @@ pub(super) fn survivors(
             |helper: &_| matches!(helper, helper::Helper::Blocks(..) | helper::Helper::Entries(..));
         match &change.effect {
             Blocks(..) => true,
-            Helper(helper) => is_helper(helper),
+            Helper(_, helper) => is_helper(helper),
             _ => false,
         }
     };
@@ -57,6 +57,9 @@ pub(super) fn survivors(
     let by_steps = whole.par_iter().filter(|change| makes(change));
     let by_steps: Vec<Change> = by_steps.cloned().collect();
     found.extend(by_steps);
+    let values: Vec<Change> =
+        found.iter().filter_map(|change| candidates::value_of_factor(inner, change)).collect();
+    found.extend(values.into_iter().filter(makes));
     if model.remembers() && inner.integrator.matrix != Matrix::Jacobians {
         let terms = (0..model.n_terms()).map(|number| model.term(number));
         let usual = terms.flat_map(candidates::of_term).filter(|change| change.rank < 2);
@@ -502,7 +505,7 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         Effect::Gate(..)
         | Effect::Method(..)
         | Effect::Fixed(_)
-        | Effect::Helper(_)
+        | Effect::Helper(..)
         | Effect::Scene(_)
         | Effect::Partly(..)
         | Effect::Rounds(_) => None,

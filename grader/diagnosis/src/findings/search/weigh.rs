@@ -147,9 +147,26 @@ impl Search<'_> {
     }
 
     /// Changes that look like a force that is left out where other mistakes are in all scenes that distinguish them: the force
-    /// alone, its Jacobians kept, and its parameters cut to integers.
+    /// alone, its Jacobians kept, and its parameters cut to integers. Like a method in the place of another: its positions, which
+    /// move as there, without its fixed particles.
     fn rivals(&self, lack: &Change) -> Vec<Change> {
-        let Place::Force(term) = lack.place else { return Vec::new() };
+        let Place::Force(term) = lack.place else {
+            let is_its =
+                |scene: &&Marked<'_>| lack.place == Place::Integrator(scene.scene.integrator.name);
+            let scene = self.scenes.iter().find(is_its).filter(|_| lack.is_order_of_updates());
+            let mut all = scene.map_or_else(Vec::new, |one| candidates::of_integrator(&one.scene));
+            all.retain(|change| {
+                matches!(
+                    change.effect,
+                    Effect::Method(
+                        _,
+                        Rule::Position { old: 0.0, new: 1.0, h: 1 }
+                            | Rule::Position { old: 1.0, new: 0.0, h: 1 }
+                    )
+                )
+            });
+            return all;
+        };
         let has_jacobian = term.schema().depends_on().has_jacobian();
         let alone = has_jacobian.then(|| candidates::factor(term, &[Quantity::Force], 0.0));
         let mut all: Vec<Change> = alone.into_iter().collect();

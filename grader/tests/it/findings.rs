@@ -338,6 +338,9 @@ const CHANGES: &[&str] = &[
     "dF/dv of dragdamping is there for the first half of the particles only",
     "springforce's damping has the x and y components of n exchanged in n·w",
     "springforce takes 2 b √k for b, in forces alone",
+    "linearized-implicit-euler: the reciprocals of the pivots are rounded to single precision",
+    "masses along y are those of the first particle, in forces as well",
+    "springforce takes the initial distance of its particles for l0 where that is not 0",
 ];
 
 /// Plants so many of the changes, one at a time.

@@ -1997,8 +1997,11 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     let ones = axes.map(|(axis, name)| {
         (MassList::OneAlong(axis), format!("masses along {name} are taken as 1"))
     });
+    let firsts = XY.into_iter().enumerate().take(scene.dimension.count()).map(|(axis, name)| {
+        (MassList::FirstAlong(axis), format!("masses along {name} are those of the first particle"))
+    });
     let by_axis = "masses are read as if all x came before all y".to_owned();
-    for (list, words) in [(MassList::ByAxis, by_axis)].into_iter().chain(ones) {
+    for (list, words) in [(MassList::ByAxis, by_axis)].into_iter().chain(ones).chain(firsts) {
         for (once, rest) in [(false, "in forces as well"), (true, "in forces that of x alone")] {
             add(reading, SceneRule::MassList { list, once }, 2, format!("{words}, {rest}"));
         }
@@ -2352,10 +2355,12 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             }
             if of_it().any(|element| element.pair().is_some()) {
                 let words = format!("{tag} takes the initial distance of its particles for {name}");
-                add(place, SceneRule::InitialDistance(tag, name, false), 2, words.clone());
-                if of_it().any(|element| element.parameter(name) == 0.0) {
-                    let words = format!("{words} where that is 0");
-                    add(place, SceneRule::InitialDistance(tag, name, true), 2, words);
+                add(place, SceneRule::InitialDistance(tag, name, None), 2, words.clone());
+                for (is_zero, is) in [(true, "is 0"), (false, "is not 0")] {
+                    if of_it().any(|element| (element.parameter(name) == 0.0) == is_zero) {
+                        let words = format!("{words} where that {is}");
+                        add(place, SceneRule::InitialDistance(tag, name, Some(is_zero)), 2, words);
+                    }
                 }
             }
             for (sign, written) in [(1.0, ""), (-1.0, "−")] {

@@ -35,6 +35,8 @@ pub enum Slip {
     LastUndivided,
     /// The right-hand side of the row below the pivot is not changed.
     RightBelowKept,
+    /// The reciprocal of the pivot is in single precision.
+    SinglePivot,
     /// The solution is in single precision.
     SingleSolution,
     /// Back substitution reads the entries below the diagonal, as the elimination leaves them.
@@ -103,7 +105,7 @@ impl Slip {
         plain.chain(SWEEPS.into_iter().flat_map(of)).chain(skips).chain(early).collect()
     }
 
-    const PLAIN: [(Self, &'static str); 20] = [
+    const PLAIN: [(Self, &'static str); 21] = [
         (Self::LastRow, "the elimination leaves out the last row"),
         (Self::LastColumn, "the elimination leaves out the last column"),
         (Self::RightKept, "the elimination does not change the right-hand side"),
@@ -118,6 +120,7 @@ impl Slip {
             Self::RightBelowKept,
             "the elimination does not change the right-hand side of the row below the pivot",
         ),
+        (Self::SinglePivot, "the reciprocals of the pivots are rounded to single precision"),
         (Self::SingleSolution, "the solution of the linear system is rounded to single precision"),
         (
             Self::Below,
@@ -149,6 +152,10 @@ impl Slip {
         }
         let n = right.len();
         let without = |slip: Self| n - usize::from(self == slip);
+        let over = |value: f64, pivot: f64| match self {
+            Self::SinglePivot => value * f64::from((1.0 / pivot) as f32),
+            _ => value / pivot,
+        };
         if self == Self::Single {
             let numbers = matrix.iter_mut().chain(right.iter_mut());
             numbers.for_each(|value| *value = f64::from(*value as f32));
@@ -173,7 +180,7 @@ impl Slip {
                 }
             }
             for row in pivot + 1..without(Self::LastRow) {
-                let mut factor = matrix[(row, pivot)] / matrix[(pivot, pivot)];
+                let mut factor = over(matrix[(row, pivot)], matrix[(pivot, pivot)]);
                 let is_small = |size: f64, power: i32| size.abs() < 10.0_f64.powi(power);
                 match self {
                     Self::PositiveFactor => factor = factor.abs(),
@@ -210,7 +217,7 @@ impl Slip {
             let is_undivided =
                 self == Self::Undivided || self == Self::LastUndivided && row + 1 == n;
             let divisor = if is_undivided { 1.0 } else { matrix[(row, row)] };
-            unknowns[row] = rest / divisor;
+            unknowns[row] = over(rest, divisor);
         }
         if self == Self::SingleSolution {
             unknowns.iter_mut().for_each(|value| *value = f64::from(*value as f32));

@@ -758,6 +758,8 @@ pub enum MassList {
     ByAxis,
     /// 1 along this axis, as before it is filled.
     OneAlong(usize),
+    /// The first particle's along this axis.
+    FirstAlong(usize),
 }
 
 /// The entries of a step's matrix that its solver reads.
@@ -1420,8 +1422,8 @@ pub enum SceneRule {
         /// Which.
         which: Which,
     },
-    /// A parameter is the initial distance of the two particles; only where it is 0, if so.
-    InitialDistance(&'static str, &'static str, bool),
+    /// A parameter is the initial distance of the two particles; only where it is 0, or is not, if so.
+    InitialDistance(&'static str, &'static str, Option<bool>),
     /// A parameter is that of the element with the number of the edge, 0 without one.
     OfEdge(&'static str, &'static str),
     /// A parameter has this value.

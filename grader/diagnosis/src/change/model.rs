@@ -482,6 +482,7 @@ impl Model {
     fn mass_at(&self, dof: usize) -> f64 {
         let particle = match self.mass_list {
             Some((MassList::OneAlong(axis), _)) if dof % self.dimension == axis => return 1.0,
+            Some((MassList::FirstAlong(axis), _)) if dof % self.dimension == axis => 0,
             Some((MassList::ByAxis, _)) => dof % self.scene.particles.len(),
             _ => dof / self.dimension,
         };
@@ -1978,7 +1979,7 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
         SceneRule::InitialDistance(tag, name, where_zero) => {
             let Scene { particles, forces, .. } = scene;
             for element in forces.iter_mut().filter(|element| of(tag)(element)) {
-                if where_zero && element.parameter(name) != 0.0 {
+                if where_zero.is_some_and(|is_zero| is_zero != (element.parameter(name) == 0.0)) {
                     continue;
                 }
                 let Some(pair) = element.pair() else { continue };

@@ -395,6 +395,58 @@ fn two_statements_in_the_wrong_order_are_named_where_fixed_particles_of_the_othe
     ]);
 }
 
+/// Expects a fault of the output in these words.
+fn assert_written(found: &[Finding], words: &str) {
+    let is_it = |finding: &Finding| finding.kind == FindingKind::Output && finding.words == [words];
+    assert!(found.iter().any(is_it), "{words}: {found:#?}");
+}
+
+#[test]
+fn a_number_that_is_written_in_the_place_of_another_one_is_named() {
+    let found = findings(&[], |mut states| {
+        for state in &mut states {
+            state.velocities.chunks_mut(2).for_each(|v| v[1] = v[0]);
+        }
+        states
+    });
+    assert_written(&found, "the output: vx is written in the place of vy");
+    assert_eq!(found.len(), 1, "{found:#?}");
+}
+
+#[test]
+fn single_precision_of_the_written_numbers_alone_is_told() {
+    let found = findings(&[], |mut states| {
+        for state in &mut states {
+            let numbers = state.positions.iter_mut().chain(&mut state.velocities);
+            numbers.for_each(|value| *value = f64::from(*value as f32));
+        }
+        states
+    });
+    assert_written(&found, "the precision: numbers are written in single precision");
+}
+
+#[test]
+fn a_mistake_beside_wrong_times_is_named() {
+    let words = "springforce's elastic force has the wrong sign";
+    let change = [candidate(words)];
+    let with_times = |time: fn(f64, f64) -> f64| {
+        findings_of(|scene| {
+            let mut states = states(scene, &change);
+            for (number, state) in states.iter_mut().enumerate() {
+                state.time = Some(time(number as f64, scene.time_step));
+            }
+            states
+        })
+    };
+    let of_before = with_times(|number, step| (number - 1.0).max(0.0) * step);
+    assert_written(&of_before, "the output: each time is that of the state before");
+    let rounded = with_times(|number, step| (number * step * 1e3).round() / 1e3);
+    assert_written(&rounded, "the output: times are rounded to 3 decimals");
+    for found in [of_before, rounded] {
+        assert!(found.iter().any(|finding| finding.words == [words]), "{found:#?}");
+    }
+}
+
 #[test]
 fn jacobians_at_the_motion_alone_are_named_where_some_are_not_finite() {
     let words = "linearized-implicit-euler: dF/dx is evaluated at the positions h v, not x + h v";

@@ -5,7 +5,7 @@
 //! integer     there are as many as for a duration without its fraction, in every scene
 //! from one    the first row, of step 1, is the initial state, or the one after it
 //! fields      as many as free particles have, in every scene with fixed ones
-//! column      a number of each particle is another one of it, in every row of every scene
+//! column      one number of each particle stands in the place of another one, in every row of every scene
 //! single      the rows of some scenes end with what a right program has then, in single precision
 //! the same    all rows of a trace are one state, or have its positions: that of the end in some scenes, so that it is in all
 //! ```
@@ -252,7 +252,7 @@ fn ends_right(judged: &JudgedScene<'_>) -> bool {
     ends_as(judged, same)
 }
 
-/// Whether positions and velocities of the last state of a trace are these of those of a right program.
+/// Whether this holds of the last state of a trace and that of a right program: of positions, and of velocities.
 fn ends_as(judged: &JudgedScene<'_>, are: fn(&[f64], &[f64]) -> bool) -> bool {
     let scene = judged.scene;
     let Some(last) = judged.states.last().filter(|_| !judged.has_positions_alone) else {

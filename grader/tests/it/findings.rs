@@ -319,7 +319,7 @@ const CHANGES: &[&str] = &[
     "implicit methods set the diagonal entries of fixed particles to 1, and do not clear their rows and columns, and clear the forces on them",
     "implicit methods set the diagonal entries of fixed particles to 1, and do not clear their rows, columns and right-hand sides",
     "linearized-implicit-euler: the elimination skips rows whose factor is below 1e-2",
-    "dF/dx of gravitationalforce has the yy entry of n nᵀ in the place of its yx entry",
+    "dF/dx of gravitationalforce has the yy entry of n nᵀ in the place of the yx entry",
     "dF/dx of springforce's elastic force lacks the xy entry of n nᵀ",
     "symplectic-euler: all particles move along x before the forces along y are evaluated",
     "linearized-implicit-euler: back substitution does not divide the last unknown by the diagonal",
@@ -366,43 +366,30 @@ fn long_changes_are_identified_from_traces() {
     assert_identified(usize::MAX);
 }
 
-/// Plants these changes together, and expects a cause in the words of each.
-fn assert_all_identified(changes: &[&str]) {
-    let planted: Vec<Change> = changes.iter().map(|words| candidate(words)).collect();
-    let found = findings(&planted, |states| states);
-    let is_cause = |finding: &&Finding| finding.kind == FindingKind::Cause;
-    let named: Vec<&String> =
-        found.iter().filter(is_cause).flat_map(|finding| &finding.words).collect();
-    let mut all = changes.iter();
-    assert!(all.all(|words| named.iter().any(|named| *named == words)), "{found:#?}");
-    assert!(named.len() == changes.len(), "{found:#?}");
-}
-
 /// A wrong sign of a force and of the matrix is that of the force with its Jacobians, where Newton's method has no trace.
 #[test]
 fn one_factor_of_the_jacobians_of_all_forces_is_said_of_the_matrix() {
     let words = [
-        "springforce's elastic force has the wrong sign",
         "linearized-implicit-euler: dF/dx and dF/dv have the wrong sign in the matrix",
+        "springforce's elastic force has the wrong sign",
     ];
     let changes = words.map(candidate);
-    let found = findings_of(|scene| match scene.integrator.name {
+    let mut found = findings_of(|scene| match scene.integrator.name {
         "implicit-euler" => Vec::new(),
         _ => states(scene, &changes),
     });
-    let is_cause = |finding: &&Finding| finding.kind == FindingKind::Cause;
-    let named: Vec<&String> =
-        found.iter().filter(is_cause).flat_map(|finding| &finding.words).collect();
-    assert_eq!(named, words, "{found:#?}");
+    found.retain(|finding| finding.kind == FindingKind::Cause);
+    assert_said(&found, &words);
 }
 
 #[test]
 fn two_statements_in_the_wrong_order_are_named_where_fixed_particles_of_the_other_method_are_wrong()
 {
-    assert_all_identified(&[
-        "symplectic-euler: the velocities of fixed particles are set to zero",
+    let words = [
         "explicit-euler: positions move with the new velocity, not the old one",
-    ]);
+        "symplectic-euler: the velocities of fixed particles are set to zero",
+    ];
+    assert_said(&findings(&words.map(candidate), |states| states), &words);
 }
 
 /// Expects a fault of the output in these words.

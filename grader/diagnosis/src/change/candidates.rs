@@ -208,7 +208,10 @@ fn decimal(number: f64) -> String {
     let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
     let is_small = rounded != 0.0 && rounded.abs() < 1e-6;
     let written = if is_small { format!("{rounded:e}") } else { rounded.to_string() };
-    written.strip_prefix('-').map_or_else(|| written.clone(), |size| format!("−{size}"))
+    match written.strip_prefix('-') {
+        Some(size) => format!("−{size}"),
+        None => written,
+    }
 }
 
 /// Rules of an integrator with numbers in them that steps determine. The residual is affine in the numbers.
@@ -926,22 +929,11 @@ fn of_blocks() -> Vec<(Axes, u8, String)> {
         (Axes::Gathered(0, 1), "has the xx entry of its blocks added to the yy entry"),
     ];
     let mut all: Vec<_> = whole.map(|(axes, words)| (axes, 2, words.to_owned())).into();
-    let entries = || (0..4).map(|place| [place / 2, place % 2]);
-    let entry = |[row, column]: [usize; 2]| format!("{}{}", XY[row], XY[column]);
-    for to in entries() {
-        let its = entry(to);
-        let lacks = format!("lacks the {its} entry of its blocks");
-        all.push((Axes::Entry(to, 0.0), 2, lacks));
-        let negative = format!("has the {its} entry of its blocks with the wrong sign");
-        all.push((Axes::Entry(to, -1.0), 2, negative));
-        for from in entries().filter(|from| *from != to) {
-            let words = format!(
-                "has the {} entry of its blocks in the place of the {its} entry",
-                entry(from)
-            );
-            all.push((Axes::EntryCopied(from, to), 3, words));
-        }
-    }
+    let of_entries = edit::of_entries("its blocks").into_iter().map(|(axes, words)| {
+        let rank = if matches!(axes, Axes::EntryCopied(..)) { 3 } else { 2 };
+        (axes, rank, words)
+    });
+    all.extend(of_entries);
     all
 }
 
@@ -1923,9 +1915,6 @@ pub fn taken_as_fixed() -> [Change; 2] {
     .map(change)
 }
 
-/// No Jacobian of its own is changed.
-const ONLY_FORCE: Dependence = Dependence { position: false, velocity: false, time: true };
-
 /// These changes of the elements that a force has, made where the force alone, or its Jacobians alone, are summed; of all
 /// elements of the scene, also where a method of this name sums forces.
 fn partly(all: &[Change], method: &'static str) -> Vec<Change> {
@@ -1950,25 +1939,28 @@ fn partly(all: &[Change], method: &'static str) -> Vec<Change> {
             (SceneRule::AlsoAs(_, other), Place::Force(_)) => {
                 Term { tag: other, part: "" }.schema().depends_on()
             }
-            // Changes of formulas are those of Jacobians alone.
-            (SceneRule::Root(..), Place::Force(_)) => ONLY_FORCE,
-            (SceneRule::Parameter(_, "G", value), Place::Force(_)) if NEWTONS.contains(&value) => {
-                ONLY_FORCE
+            (SceneRule::Root(..), Place::Force(term)) => term.schema().depends_on(),
+            (SceneRule::Parameter(_, "G", value), Place::Force(term))
+                if NEWTONS.contains(&value) =>
+            {
+                term.schema().depends_on()
             }
             _ => continue,
         };
+        // In Jacobians alone, a formula has such a parameter.
+        let is_of_parameter = matches!(rule, SceneRule::Root(..) | SceneRule::Parameter(..));
         if change.place == Place::Reading {
             let words = format!("{method}: {}", change.words);
             let effect = Effect::Partly(FORCE, rule);
             found.push(Change { place: Place::Integrator(method), words, effect, rank: 2 });
         }
         for (quantities, what, is_there) in [
-            (FORCE, "forces", depends_on.has_jacobian() || depends_on == ONLY_FORCE),
+            (FORCE, "forces", depends_on.has_jacobian()),
             (BY_POSITION, "dF/dx", depends_on.position),
             (BY_VELOCITY, "dF/dv", depends_on.velocity),
             (JACOBIANS, "both Jacobians", depends_on.position && depends_on.velocity),
         ] {
-            if is_there {
+            if is_there && (quantities == FORCE || !is_of_parameter) {
                 let place = match change.place {
                     Place::Force(term) if quantities != FORCE => Place::Jacobian(term),
                     Place::Force(term) => Place::Force(term),
@@ -1994,14 +1986,15 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     add(reading, SceneRule::FirstMass, 2, "every mass is that of the first particle".to_owned());
     add(reading, SceneRule::LastMass, 2, "every mass is that of the last particle".to_owned());
     let axes = XY.into_iter().enumerate().take(scene.dimension.count());
-    let ones = axes.map(|(axis, name)| {
-        (MassList::OneAlong(axis), format!("masses along {name} are taken as 1"))
-    });
-    let firsts = XY.into_iter().enumerate().take(scene.dimension.count()).map(|(axis, name)| {
-        (MassList::FirstAlong(axis), format!("masses along {name} are those of the first particle"))
+    let along = axes.flat_map(|(axis, name)| {
+        [
+            (MassList::OneAlong(axis), "taken as 1"),
+            (MassList::FirstAlong(axis), "those of the first particle"),
+        ]
+        .map(|(list, what)| (list, format!("masses along {name} are {what}")))
     });
     let by_axis = "masses are read as if all x came before all y".to_owned();
-    for (list, words) in [(MassList::ByAxis, by_axis)].into_iter().chain(ones).chain(firsts) {
+    for (list, words) in [(MassList::ByAxis, by_axis)].into_iter().chain(along) {
         for (once, rest) in [(false, "in forces as well"), (true, "in forces that of x alone")] {
             add(reading, SceneRule::MassList { list, once }, 2, format!("{words}, {rest}"));
         }

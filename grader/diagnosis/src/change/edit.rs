@@ -153,6 +153,26 @@ fn without(list: &[Expression], place: usize) -> Vec<Expression> {
     list
 }
 
+/// Single entries of a block of this name left out, with the other sign, or in the place of others, in words that follow the
+/// name of what has it.
+pub(super) fn of_entries(block: &str) -> Vec<(Axes, String)> {
+    let entries = || (0..4).map(|place| [place / 2, place % 2]);
+    let name = |entry: [usize; 2]| entry.map(|axis| ["x", "y"][axis]).concat();
+    let mut all = Vec::new();
+    for to in entries() {
+        let its = name(to);
+        all.push((Axes::Entry(to, 0.0), format!("lacks the {its} entry of {block}")));
+        let words = format!("has the {its} entry of {block} with the wrong sign");
+        all.push((Axes::Entry(to, -1.0), words));
+        for from in entries().filter(|from| *from != to) {
+            let words =
+                format!("has the {} entry of {block} in the place of the {its} entry", name(from));
+            all.push((Axes::EntryCopied(from, to), words));
+        }
+    }
+    all
+}
+
 /// A vector or a matrix with other components, as where each is written by itself.
 fn of_components(node: &Expression) -> Vec<Edit> {
     let with = |axes: Axes, words: String| {
@@ -160,7 +180,6 @@ fn of_components(node: &Expression) -> Vec<Edit> {
         Edit::new(expression, words, 3)
     };
     let names = ["x", "y"];
-    let entries = || (0..4).map(|place| [place / 2, place % 2]);
     let mut all = Vec::new();
     match node {
         Expression::Leaf(
@@ -198,22 +217,9 @@ fn of_components(node: &Expression) -> Vec<Edit> {
                 Axes::Filled,
                 format!("has each row of {node} filled with its diagonal entry"),
             ));
-            for (to, from) in entries().flat_map(|to| entries().map(move |from| (to, from))) {
-                let [its, other] =
-                    [to, from].map(|[row, column]| [names[row], names[column]].concat());
-                if from == to {
-                    let negative = format!("has the {its} entry of {node} with the wrong sign");
-                    all.push(with(Axes::Entry(to, -1.0), negative));
-                    all.push(with(
-                        Axes::Entry(to, 0.0),
-                        format!("lacks the {its} entry of {node}"),
-                    ));
-                } else {
-                    let words =
-                        format!("has the {other} entry of {node} in the place of its {its} entry");
-                    all.push(with(Axes::EntryCopied(from, to), words));
-                }
-            }
+            all.extend(
+                of_entries(&node.to_string()).into_iter().map(|(axes, words)| with(axes, words)),
+            );
         }
         Expression::Leaf(Leaf::Identity) => {
             all.push(with(Axes::Filled, "has 1 in all entries of the identity".to_owned()));

@@ -338,17 +338,20 @@ pub(super) fn time_column(judged: &JudgedScene<'_>) -> Option<Kind> {
     if times.len() < 2 || are(|number, step| number * step) {
         return None;
     }
-    let known = TIMES.iter().find(|(of, _)| are(*of)).map(|(_, words)| (*words).to_owned());
     let is_rounded = |decimals: &i32| {
         let unit = 10.0_f64.powi(-decimals);
-        let right = times.iter().enumerate().map(|(number, time)| (time, number as f64 * step));
-        right.into_iter().all(|(time, right)| {
-            (time - right).abs() <= 0.501 * unit && same(&[*time], &[(time / unit).round() * unit])
+        times.iter().enumerate().all(|(number, time)| {
+            (time - number as f64 * step).abs() <= 0.501 * unit
+                && same(&[*time], &[(time / unit).round() * unit])
         })
     };
-    let rounded = || (1..=6).find(is_rounded);
-    let rounded = || rounded().map(|decimals| format!("times are rounded to {decimals} decimals"));
-    let words = known.or_else(rounded).unwrap_or_else(|| "the times are wrong".to_owned());
+    let words = if let Some((_, words)) = TIMES.iter().find(|(of, _)| are(*of)) {
+        (*words).to_owned()
+    } else if let Some(decimals) = (1..=6).find(is_rounded) {
+        format!("times are rounded to {decimals} decimals")
+    } else {
+        "the times are wrong".to_owned()
+    };
     Some(Kind::TimeColumn(words))
 }
 

@@ -48,17 +48,9 @@ impl Search<'_> {
                     }
                 }
             }
-            let alternatives = vec![change.clone()];
-            let (rivals, scenes) = (Vec::new(), scenes.clone());
             let group = 1 + self.found.iter().map(|cause| cause.group).max().unwrap_or(0);
-            found.push(Cause {
-                alternatives,
-                rivals,
-                scenes,
-                open: 0,
-                unexplained: Vec::new(),
-                group,
-            });
+            let merged = Cause::of_scenes(change.clone(), scenes.clone(), Vec::new());
+            found.push(Cause { group, ..merged });
             self.is_as_good(&found, change).then_some(found)
         });
         let is_merged = merged.is_some();

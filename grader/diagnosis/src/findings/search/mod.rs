@@ -49,16 +49,13 @@ pub(super) struct Cause {
     group: usize,
 }
 
-#[cfg(test)]
 impl Cause {
     /// One that explains these scenes, and not those.
     pub(super) fn of_scenes(change: Change, scenes: Vec<usize>, unexplained: Vec<usize>) -> Self {
         let (alternatives, rivals) = (vec![change], Vec::new());
         Self { alternatives, rivals, scenes, open: 0, unexplained, group: 0 }
     }
-}
 
-impl Cause {
     pub(super) fn change(&self) -> &Change {
         &self.alternatives[0]
     }

@@ -36,6 +36,9 @@ const REFUSALS: [&str; 19] = [
     "keyerror",
 ];
 
+/// What a scene names by numbers, in lower case.
+const NUMBERED: [&str; 5] = ["particle", "edge", "index", "node", "vertex"];
+
 /// A shell's exit status of a program that a signal ended is larger.
 const SIGNALS: i32 = 128;
 
@@ -67,8 +70,7 @@ pub fn refusal(scene: &Scene, format: &str, failure: Failure) -> Failure {
     let text = said(run);
     let lines = || text.lines().map(str::to_owned);
     let refuses = |line: &str, name: &str| {
-        has_word(line, name)
-            && (REFUSALS.iter().any(|word| line.contains(word)) || is_denied(line, name))
+        has_word(line, name) && (is_refused(line) || is_denied(line, name))
     };
     let named =
         names(scene, format).into_iter().find(|name| lines().any(|line| refuses(&line, name)));
@@ -82,11 +84,17 @@ pub fn refusal(scene: &Scene, format: &str, failure: Failure) -> Failure {
     Failure::NotImplemented(Lack::Refused { name, failure: run.clone() })
 }
 
+/// Whether a line has a word of a refusal that is not about a particle or an edge, such as "no such particle".
+fn is_refused(line: &str) -> bool {
+    let is_of_data = |rest: &str| NUMBERED.iter().any(|noun| rest.trim_start().starts_with(noun));
+    REFUSALS.iter().any(|word| line.split(word).skip(1).any(|rest| !is_of_data(rest)))
+}
+
 /// Whether a program ended by itself, with an exit status and words of a refusal.
 pub(super) fn says_why(run: &RunFailure) -> bool {
     let text = said(run);
     let has = |words: &[&str]| words.iter().any(|word| text.contains(word));
-    says_something(run) && (has(&REFUSALS) || has(&REASONS))
+    says_something(run) && (text.lines().any(is_refused) || has(&REASONS))
 }
 
 /// Whether a program ended by itself, with an exit status and a message, not with the report of an error that nothing caught.
@@ -262,6 +270,18 @@ mod tests {
             ("vortexforce: no convergence", false),
         ] {
             assert_eq!(is_denied(line, "vortexforce"), is_there, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_particle_that_is_not_there_is_no_feature_that_a_program_lacks() {
+        for (line, is_it) in [
+            ("no such particle in <gravitationalforce>", false),
+            ("invalid edge of springforce", false),
+            ("no such force gravitationalforce", true),
+            ("invalid edge: unknown force gravitationalforce", true),
+        ] {
+            assert_eq!(is_refused(line), is_it, "{line}");
         }
     }
 

@@ -341,6 +341,22 @@ const CHANGES: &[&str] = &[
     "linearized-implicit-euler: the reciprocals of the pivots are rounded to single precision",
     "masses along y are those of the first particle, in forces as well",
     "springforce takes the initial distance of its particles for l0 where that is not 0",
+    "linearized-implicit-euler: forces are evaluated with velocities of 0",
+    "symplectic-euler: fixed particles move in the first step, and their velocities are set to zero then",
+    "negative numbers above −1 in forces are read without their sign",
+    "linearized-implicit-euler: the factors of the elimination are rounded to single precision",
+    "linearized-implicit-euler: the elimination changes only the 4 rows below each pivot",
+    "linearized-implicit-euler: the elimination changes the right-hand side of the row below the pivot alone",
+    "implicit-euler: Newton's method moves positions by h times each update, and by h u from there",
+    "implicit-euler: Newton's method adds u − v to the positions where forces are evaluated, and not to the velocities",
+    "implicit-euler: Newton's method starts from zero velocities, of fixed particles as well, and stops at an update of 1",
+    "each springforce has l0 of the first, in forces alone",
+    "springforce takes the number of its edge for that of a particle, in forces alone",
+    "dragdamping has no effect in scenes with springforce, in forces alone",
+    "dragdamping acts on as many particles as it has elements, the first ones",
+    "in springforce, lengths have no root: l is d·d, in forces alone",
+    "in all forces, the roots in lengths are those of single precision",
+    "steps of implicit-euler clear the forces on fixed particles, and neither their rows and columns nor their right-hand sides",
 ];
 
 /// Plants so many of the changes, one at a time.
@@ -977,6 +993,18 @@ fn a_wrong_force_beside_sums_that_are_not_cleared_is_named() {
 /// Each of these alone makes no scene of the other one's, or looks like something else there.
 const PAIRS: &[[&str; 2]] = &[
     [
+        "symplectic-euler: each step adds to the forces of the steps before, not set to zero in between",
+        "symplectic-euler: the mass of a coordinate is read at the number of its particle, in a list with one for each coordinate",
+    ],
+    [
+        "dF/dx of springforce's elastic force has l0 in the place of l − l0",
+        "dF/dx of springforce's elastic force has the wrong sign",
+    ],
+    [
+        "dF/dv of springforce's damping has the wrong sign",
+        "dragdamping has each component of v_i multiplied by its size",
+    ],
+    [
         "linearized-implicit-euler: dF/dx is in the place of dF/dv in the matrix",
         "linearized-implicit-euler: positions move with the old velocity, not the new one",
     ],
@@ -1295,6 +1323,43 @@ fn has_force(scene: &Scene, tag: &str) -> bool {
 }
 
 #[test]
+fn negative_numbers_read_without_their_sign_are_told_in_particles_and_forces() {
+    let unsigned = |value: &mut f64| *value = if *value > -1.0 { value.abs() } else { *value };
+    let found = findings_of(|scene| {
+        let mut seen = scene.clone();
+        for particle in &mut seen.particles {
+            particle.position.iter_mut().chain(&mut particle.velocity).for_each(unsigned);
+        }
+        seen.forces.iter_mut().flat_map(|force| &mut force.parameters).for_each(unsigned);
+        states(&seen, &[])
+    });
+    let sentences: Vec<String> = found.iter().map(Finding::sentence).collect();
+    assert_eq!(
+        sentences,
+        [
+            "reading the scene: negative numbers above −1 are read without their sign",
+            "negative numbers above −1 in forces are read without their sign"
+        ]
+    );
+}
+
+#[test]
+fn a_wrong_count_of_states_is_told_beside_fixed_particles_that_are_stopped() {
+    let found = findings_of(|scene| {
+        let mut seen = scene.clone();
+        for particle in seen.particles.iter_mut().filter(|particle| particle.fixed) {
+            particle.velocity.fill(0.0);
+        }
+        let mut all = states(&seen, &[]);
+        all.truncate(1 + (scene.duration / scene.time_step * (1.0 + 1e-12)) as usize);
+        all
+    });
+    assert_written(&found, "fixed particles: their velocities are set to 0");
+    let counted = |finding: &Finding| finding.sentence().contains("rounded down");
+    assert!(found.iter().any(counted), "{found:#?}");
+}
+
+#[test]
 fn a_mistake_beside_first_states_read_wrongly_is_named() {
     let change = candidate("gravitationalforce lacks the factor m_i");
     let found = findings_of(|scene| {
@@ -1401,6 +1466,30 @@ fn scenes_with_a_term_that_is_wrong_otherwise_do_not_count_against_a_cause() {
         },
     );
     assert!(found.iter().any(|finding| finding.words.contains(&change.words)), "{found:#?}");
+}
+
+#[test]
+fn a_mistake_of_a_method_is_proven_beside_a_force_that_is_wrong_in_all_methods() {
+    let change = candidate("explicit-euler: forces along y are left out");
+    let mut suite = suite();
+    suite.cases.retain(|case| case.scene.particles.iter().all(|particle| !particle.fixed));
+    let kept: Vec<&str> = suite.cases.iter().map(|case| case.id.as_str()).collect();
+    // Some scenes with springs are right.
+    let is_right = |scene: &Scene| {
+        scene.integrator.name == "symplectic-euler"
+            && scene.particles.len() == 2
+            && scene.forces.len() == 1
+    };
+    let found = findings_in(
+        |id| kept.contains(&id),
+        |scene| {
+            let states = states(scene, std::slice::from_ref(&change));
+            let is_wrong = has_force(scene, "springforce") && !is_right(scene);
+            if is_wrong { disturbed(states) } else { states }
+        },
+    );
+    let of_it = found.iter().find(|finding| finding.words == [change.words.clone()]);
+    assert_eq!(of_it.map(|finding| finding.kind), Some(FindingKind::Cause), "{found:#?}");
 }
 
 /// Whether some scenes are chosen: half of them, whatever is in them.
@@ -1542,6 +1631,14 @@ fn reading_and_writing_are_told_apart_by_the_second_state() {
     };
     let words = "reading the scene: the numbers of particles are in the wrong order";
     assert_eq!(sentence(&read), words);
+    let of_first = |scene: &Scene| {
+        let mut seen = scene.clone();
+        let velocity = seen.particles[0].velocity;
+        seen.particles.iter_mut().for_each(|particle| particle.velocity = velocity);
+        states(&seen, &[])
+    };
+    let words = sentence(&of_first);
+    assert!(!words.contains("order"), "{words}");
     let zeros = |scene: &Scene| {
         let mut states = states(scene, &[]);
         for state in &mut states {

@@ -495,7 +495,9 @@ fn of_formulas(term: Term, forms: &Forms) -> Vec<Change> {
     let mut all = Vec::new();
     let quantities = [&forms.force, &forms.by_position, &forms.by_velocity];
     for (quantity, formulas) in Quantity::ALL.into_iter().zip(quantities) {
-        for formula in formulas {
+        for (number, formula) in formulas.iter().enumerate() {
+            // The first is the formula of the hand-out.
+            let of_other = u8::from(number > 0);
             let of_leaves = edit::of_all_leaves(formula);
             for edit in edits(formula, &scalars).into_iter().chain(of_leaves) {
                 let place = match quantity {
@@ -504,7 +506,7 @@ fn of_formulas(term: Term, forms: &Forms) -> Vec<Change> {
                 };
                 let words = format!("{} {}", name(term, quantity), edit.words);
                 let formula = Arc::new(edit.expression);
-                let rank = edit.rank;
+                let rank = edit.rank + of_other;
                 if quantity == Quantity::Force && term.schema().depends_on().has_jacobian() {
                     all.push(Change {
                         place,
@@ -610,6 +612,8 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
         if forms.is_some() {
             let words = "has l² in the place of l, in its Jacobians as well";
             add(force, words, Effect::Length(term, Softening::Square), 2);
+            let words = "has a length rounded to single precision, in its Jacobians as well";
+            add(force, words, Effect::Length(term, Softening::Single), 2);
             let words = "has one length for all elements, √Σ l², in the place of l, in its Jacobians as well";
             add(force, words, Effect::Length(term, Softening::Together), 2);
             for (read, what, of_which) in helper::reads(term.depends_on().velocity) {
@@ -668,6 +672,7 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             (Particles::NotFirst, "does not act on the first particle"),
             (Particles::NotLast, "does not act on the last particle"),
             (Particles::FirstHalf, "acts on the first half of the particles only"),
+            (Particles::AsElements, "acts on as many particles as it has elements, the first ones"),
             (
                 Particles::FirstCoordinates,
                 "acts on as many coordinates as there are particles, the first ones",
@@ -797,6 +802,10 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             for (particles, words) in [
                 (Particles::First, "is there for the first particle only"),
                 (Particles::FirstHalf, "is there for the first half of the particles only"),
+                (
+                    Particles::AsElements,
+                    "is there for as many particles as it has elements, the first ones",
+                ),
                 (
                     Particles::FirstCoordinates,
                     "is there for as many coordinates as there are particles, the first ones",
@@ -1158,6 +1167,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             add(Rule::ForcesAt(0.5), 2, "forces are evaluated at x + h v'/2, not x + h v'");
         }
     }
+    add(Rule::Seen([0.0, 1.0, 1.0]), 2, "forces are evaluated with velocities of 0");
     for (positions, velocities, none_first, rank, words) in [
         (true, true, false, 1, "the forces are those of the step before"),
         (
@@ -1270,6 +1280,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             let words = format!("{what} evaluated with twice the velocities");
             add(Rule::Seen(factors), 2, &words);
         }
+        add(Rule::Seen([0.0; 3]), 2, "forces and Jacobians are evaluated with velocities of 0");
     }
     if matches!(method, OnePoint::Explicit | OnePoint::Symplectic) {
         for (each, moves, words) in [
@@ -1471,11 +1482,18 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
         }
         let words = "Newton's method evaluates forces with the velocities u + (u − v), not u";
         all.push(change(Rule::SeenAt(SeenAt::Ahead), 1, words.to_owned()));
+        let words = "Newton's method adds u − v to the positions where forces are evaluated, and not to the velocities";
+        all.push(change(Rule::SeenAt(SeenAt::Crossed), 2, words.to_owned()));
         for (moves, rest) in [(true, ", and positions move there"), (false, ", not x + h u")] {
             let words =
                 format!("Newton's method evaluates forces at the positions x + h (v + u)/2{rest}");
             all.push(change(Rule::Mean { moves }, 2, words));
         }
+        let words = "Newton's method moves positions by h times each update, and by h u from there";
+        all.push(change(Rule::MovedOn, 2, words.to_owned()));
+        let words =
+            "Newton's method has the Jacobians of its first iteration in all others of a step";
+        all.push(change(Rule::FirstJacobians, 2, words.to_owned()));
         let words = "Newton's method makes no iteration after the first step";
         all.push(change(Rule::Once, 2, words.to_owned()));
         let ends = newton_ends().into_iter();
@@ -1494,6 +1512,16 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
     all
 }
 
+/// The rules of the matrix of Newton's method: those that a linearized method has.
+pub fn of_newtons_matrix(scene: &Scene) -> Vec<Change> {
+    let Some(integrator) = simulator::vocabulary().integrator("linearized-implicit-euler") else {
+        return Vec::new();
+    };
+    let linearized = Scene { integrator, ..scene.clone() };
+    let rules = of_integrator(&linearized).into_iter();
+    rules.filter_map(|rule| of_newton(scene.integrator.name, &rule)).collect()
+}
+
 /// The same rule of the matrix, or of fixed particles, in Newton's method of this name as in a linearized method.
 pub fn of_newton(name: &'static str, change: &Change) -> Option<Change> {
     if let Place::FixedUnder(of) = change.place {
@@ -1507,7 +1535,10 @@ pub fn of_newton(name: &'static str, change: &Change) -> Option<Change> {
     let is_of_matrix = change.is_of_system()
         || matches!(
             rule,
-            Rule::JacobiansAt(..) | Rule::Other(_) | Rule::SeenAt(SeenAt::Moved([false, ..]))
+            Rule::JacobiansAt(..)
+                | Rule::Other(_)
+                | Rule::SeenAt(SeenAt::Moved([false, ..]))
+                | Rule::Kept(Kept { forces: false, displacement: false, .. })
         );
     let words = change.words.strip_prefix(linearized)?.strip_prefix(": ")?;
     // Masses stand on the right-hand side of Newton's method as well.
@@ -1591,6 +1622,10 @@ fn newton_ends() -> Vec<(Newton, u8, String)> {
         let limits: Vec<usize> = (1..LIMITS[0]).chain(LIMITS).collect();
         for (iterations, end) in ends_after(&limits) {
             all.push((Newton { iterations, ..newton }, rank, format!("{words}{end}")));
+        }
+        for (tolerance, written) in &tolerances {
+            let newton = Newton { tolerance: *tolerance, ..newton };
+            all.push((newton, rank + 1, format!("{words}, and stops at an update of {written}")));
         }
     }
     all
@@ -1694,6 +1729,8 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     add(None, rule(FixedRule::Stop), 1, "the velocities of fixed particles are set to zero");
     let words = "fixed particles stand still, and their velocities are set to zero";
     add(None, rule(FixedRule::Freeze), 2, words);
+    let words = "fixed particles move in the first step, and their velocities are set to zero then";
+    add(None, rule(FixedRule::StopMoved), 2, words);
     add(None, rule(FixedRule::Fall), 1, "fixed particles fall under simple gravity");
     let words = "forces between a fixed and another particle are left out";
     add(None, Effect::Scene(SceneRule::Unjoined), 1, words);
@@ -1736,6 +1773,9 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
     for (hold, what) in holds {
         add(Some(true), rule(FixedRule::Hold(hold)), 1, &lacks(what));
     }
+    let felt = Hold { rows: false, columns: false, right: false, unforced: true, ..HELD };
+    let words = "implicit methods clear the forces on fixed particles, and neither their rows and columns nor their right-hand sides";
+    add(Some(true), rule(FixedRule::Hold(felt)), 2, words);
     for (right, unforced, what) in [
         (true, false, "rows and columns"),
         (false, true, "rows and columns, and clear the forces on them"),
@@ -1833,8 +1873,13 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
     let change = |(helper, words): (Helper, String)| Change {
         place: Place::Helpers,
         words: format!("in all forces, {words}"),
-        effect: Effect::Helper(None, helper),
+        effect: Effect::Helper(None, &Quantity::ALL, helper),
         rank: 2,
+    };
+    let alone = |(helper, words): (Helper, String)| Change {
+        effect: Effect::Helper(None, FORCE, helper),
+        rank: 3,
+        ..change((helper, words + IN_FORCES))
     };
     let slips = || helper::all().into_iter().map(|(slip, words)| (slip, words.to_owned()));
     // A single term that reads velocities has such slips among its changes.
@@ -1869,12 +1914,14 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
         if !is_new || schema.stencil.size() != 2 || Term::of(schema).len() < 2 {
             continue;
         }
-        all.extend(slips().map(|(slip, words)| Change {
-            place: Place::Force(whole),
-            words: format!("in {whole}, {words}"),
-            effect: Effect::Helper(Some(schema.tag), slip),
-            rank: 2,
-        }));
+        for (quantities, rank, rest) in [(&Quantity::ALL[..], 2, ""), (FORCE, 3, IN_FORCES)] {
+            all.extend(slips().map(|(slip, words)| Change {
+                place: Place::Force(whole),
+                words: format!("in {whole}, {words}{rest}"),
+                effect: Effect::Helper(Some(schema.tag), quantities, slip),
+                rank,
+            }));
+        }
         let parts = Term::of(schema);
         let pairs = parts.iter().flat_map(|from| parts.iter().map(move |to| [*from, *to]));
         for [from, to] in pairs.filter(|[from, to]| from != to) {
@@ -1896,6 +1943,7 @@ pub fn of_helpers(scene: &Scene) -> Vec<Change> {
         }
     }
     all.extend(slips().chain(reads).chain(of_matrix).map(change));
+    all.extend(slips().map(alone));
     all.retain(|change| change.acts_in(scene));
     all
 }
@@ -1932,6 +1980,10 @@ fn partly(all: &[Change], method: &'static str) -> Vec<Change> {
                 SceneRule::LeftOut { .. }
                 | SceneRule::OfEdge(..)
                 | SceneRule::ParticlesBefore(_)
+                | SceneRule::ParametersOfOne { .. }
+                | SceneRule::ParameterOfOne { .. }
+                | SceneRule::EdgeAsParticle(..)
+                | SceneRule::Pairs(..)
                 | SceneRule::Counted(..)
                 | SceneRule::RunningEdge(..),
                 Place::Force(term),
@@ -2002,6 +2054,8 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     if scene.particles.iter().any(|particle| particle.mass.fract() != 0.0) {
         add(reading, SceneRule::IntegerMasses, 2, "masses are read as integers".to_owned());
     }
+    let words = "negative numbers above −1 in forces are read without their sign";
+    add(reading, SceneRule::SmallUnsigned, 2, words.to_owned());
     add(reading, SceneRule::Velocities, 1, "initial velocities are taken as 0".to_owned());
     add(reading, SceneRule::SingleTimeStep, 2, "dt is rounded to single precision".to_owned());
     if !scene.is_divided() {
@@ -2161,6 +2215,13 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 left_out(Which::Zero(parameter.name), words);
             }
         }
+        for other in scene.forces.iter().map(|element| element.schema.tag).collect::<BTreeSet<_>>()
+        {
+            if other != tag {
+                let words = format!("{tag} has no effect in scenes with {other}");
+                left_out(Which::Beside(other), words);
+            }
+        }
         let is_shared = |end: usize| {
             let mut known = BTreeSet::new();
             let ends = of_it().filter_map(|element| element.pair()).map(|pair| pair[end]);
@@ -2183,6 +2244,16 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             for (last, which) in [(false, "first"), (true, "last")] {
                 let words = format!("each {tag} has the parameters of the {which}");
                 add(whole, SceneRule::ParametersOfOne { tag, last }, 2, words);
+                for parameter in schema.parameters.iter().filter(|_| schema.parameters.len() > 1) {
+                    let name = parameter.name;
+                    let mut values = of_it().map(|element| element.parameter(name));
+                    let one = values.next();
+                    if values.any(|value| Some(value) != one) {
+                        let words = format!("each {tag} has {name} of the {which}");
+                        let rule = SceneRule::ParameterOfOne { tag, name, last };
+                        add(of_parameter(name), rule, 2, words);
+                    }
+                }
             }
             if of_it().all(|element| !element.particles.is_empty()) {
                 let words = format!("each {tag} acts on the particles of the one before it");

@@ -35,8 +35,14 @@ pub enum Slip {
     LastUndivided,
     /// The right-hand side of the row below the pivot is not changed.
     RightBelowKept,
+    /// That of the row below the pivot alone is changed.
+    RightBelowAlone,
     /// The reciprocal of the pivot is in single precision.
     SinglePivot,
+    /// The factor of a row is in single precision.
+    SingleFactor,
+    /// Only so many rows below the pivot are eliminated.
+    Band(u8),
     /// The solution is in single precision.
     SingleSolution,
     /// Back substitution reads the entries below the diagonal, as the elimination leaves them.
@@ -102,10 +108,19 @@ impl Slip {
                 (Self::EarlyGradients(power, is_relative), words)
             })
         });
-        plain.chain(SWEEPS.into_iter().flat_map(of)).chain(skips).chain(early).collect()
+        let bands = (1..=8).map(|count| {
+            let rows = if count == 1 { "row".to_owned() } else { format!("{count} rows") };
+            (Self::Band(count), format!("the elimination changes only the {rows} below each pivot"))
+        });
+        plain
+            .chain(SWEEPS.into_iter().flat_map(of))
+            .chain(skips)
+            .chain(early)
+            .chain(bands)
+            .collect()
     }
 
-    const PLAIN: [(Self, &'static str); 21] = [
+    const PLAIN: [(Self, &'static str); 23] = [
         (Self::LastRow, "the elimination leaves out the last row"),
         (Self::LastColumn, "the elimination leaves out the last column"),
         (Self::RightKept, "the elimination does not change the right-hand side"),
@@ -120,6 +135,11 @@ impl Slip {
             Self::RightBelowKept,
             "the elimination does not change the right-hand side of the row below the pivot",
         ),
+        (
+            Self::RightBelowAlone,
+            "the elimination changes the right-hand side of the row below the pivot alone",
+        ),
+        (Self::SingleFactor, "the factors of the elimination are rounded to single precision"),
         (Self::SinglePivot, "the reciprocals of the pivots are rounded to single precision"),
         (Self::SingleSolution, "the solution of the linear system is rounded to single precision"),
         (
@@ -179,12 +199,17 @@ impl Slip {
                     right.swap_rows(pivot, largest);
                 }
             }
-            for row in pivot + 1..without(Self::LastRow) {
+            let end = match self {
+                Self::Band(count) => n.min(pivot + 1 + usize::from(count)),
+                _ => without(Self::LastRow),
+            };
+            for row in pivot + 1..end {
                 let mut factor = over(matrix[(row, pivot)], matrix[(pivot, pivot)]);
                 let is_small = |size: f64, power: i32| size.abs() < 10.0_f64.powi(power);
                 match self {
                     Self::PositiveFactor => factor = factor.abs(),
                     Self::NegativeFactor => factor = -factor,
+                    Self::SingleFactor => factor = f64::from(factor as f32),
                     Self::SkipsEntries(power) if is_small(matrix[(row, pivot)], power) => continue,
                     Self::Skips(power) if is_small(factor, power) => continue,
                     _ => {}
@@ -194,8 +219,13 @@ impl Slip {
                 for column in first..without(Self::LastColumn) {
                     matrix[(row, column)] -= factor * matrix[(pivot, column)];
                 }
-                let is_kept =
-                    self == Self::RightKept || self == Self::RightBelowKept && row == pivot + 1;
+                let is_below = row == pivot + 1;
+                let is_kept = match self {
+                    Self::RightKept => true,
+                    Self::RightBelowKept => is_below,
+                    Self::RightBelowAlone => !is_below,
+                    _ => false,
+                };
                 if !is_kept {
                     right[row] -= factor * right[pivot];
                 }

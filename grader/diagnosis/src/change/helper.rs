@@ -45,6 +45,10 @@ pub enum Length {
     Sum,
     /// The largest of these.
     Largest,
+    /// Rounded to single precision.
+    Single,
+    /// With a root in single precision.
+    SingleRoot,
 }
 
 /// Coordinates read at a wrong index: what is read, for what.
@@ -95,6 +99,8 @@ pub(super) fn all() -> Vec<(Helper, &'static str)> {
             Helper::Length(Length::Largest),
             "lengths are the largest component: l is max(|d_x|, |d_y|)",
         ),
+        (Helper::Length(Length::Single), "lengths are rounded to single precision"),
+        (Helper::Length(Length::SingleRoot), "the roots in lengths are those of single precision"),
         (direction(None, 1.0, 0), "directions are not normalised: n is d"),
         (direction(None, 1.0, 2), "directions are divided by the length twice: n is d/l²"),
         (direction(None, -1.0, 1), "directions have the wrong sign: n is −d/l"),
@@ -128,6 +134,8 @@ pub(super) fn length(helper: Option<Helper>, a: &Vector3<f64>) -> f64 {
         Some(Helper::Length(Length::Square)) => a.norm_squared(),
         Some(Helper::Length(Length::Sum)) => a.abs().sum(),
         Some(Helper::Length(Length::Largest)) => a.amax(),
+        Some(Helper::Length(Length::Single)) => f64::from(a.norm() as f32),
+        Some(Helper::Length(Length::SingleRoot)) => f64::from((a.norm_squared() as f32).sqrt()),
         _ => a.norm(),
     }
 }

@@ -146,7 +146,7 @@ impl Change {
             (Effect::Partly(quantities, _), Place::Helpers) => {
                 implicit() || quantities.contains(&Quantity::Force)
             }
-            (Effect::Helper(of, helper), _) => {
+            (Effect::Helper(of, _, helper), _) => {
                 let is_pair = |element: &ForceElement| {
                     element.pair().is_some() && of.is_none_or(|tag| element.schema.tag == tag)
                 };
@@ -221,6 +221,16 @@ impl SceneRule {
                     any(tag, &|element| element.parameter(one) != element.parameter(other))
                 }
                 Self::ShortLastStep => !scene.is_divided(),
+                Self::LeftOut { which: Which::Beside(other), .. } => any(other, &|_| true),
+                Self::ParameterOfOne { tag, name, .. } => {
+                    let mut all = scene.forces.iter().filter(|element| element.schema.tag == tag);
+                    let first = all.next().map(|element| element.parameter(name));
+                    all.any(|element| Some(element.parameter(name)) != first)
+                }
+                Self::SmallUnsigned => {
+                    let mut all = scene.forces.iter().flat_map(|element| &element.parameters);
+                    all.any(|value| *value < 0.0 && *value > -1.0)
+                }
                 _ => true,
             }
     }
@@ -396,8 +406,8 @@ pub enum Effect {
     Method(&'static str, Rule),
     /// Fixed particles.
     Fixed(FixedRule),
-    /// A function on vectors, in all forces between two particles or in the one of this tag.
-    Helper(Option<&'static str>, Helper),
+    /// A function on vectors by which some quantities are computed, of all forces between two particles or of the one of this tag.
+    Helper(Option<&'static str>, &'static [Quantity], Helper),
     /// The scene as it is read.
     Scene(SceneRule),
     /// The same where some quantities are evaluated.
@@ -496,6 +506,8 @@ pub enum Particles {
     NotLast,
     /// As many as half of all, rounded down, the first ones.
     FirstHalf,
+    /// As many as the force has elements, the first ones.
+    AsElements,
     /// Along one axis all but the last, otherwise all.
     NotLastAlong(usize),
     /// As many coordinates as there are particles, from the first on.
@@ -505,7 +517,9 @@ pub enum Particles {
 impl Particles {
     pub(super) fn of(all: Option<Self>, count: usize) -> std::ops::Range<usize> {
         match all {
-            None | Some(Self::FirstCoordinates | Self::NotLastAlong(_)) => 0..count,
+            None | Some(Self::FirstCoordinates | Self::NotLastAlong(_) | Self::AsElements) => {
+                0..count
+            }
             Some(Self::First) => 0..count.min(1),
             Some(Self::FirstHalf) => 0..count / 2,
             Some(Self::NotFirst) => 1..count.max(1),
@@ -653,6 +667,8 @@ pub enum Which {
     BeyondEdges,
     /// Those between a fixed and another particle.
     Joined,
+    /// All, in scenes that have this force.
+    Beside(&'static str),
 }
 
 /// Coordinates of a pair's particles that are read at a wrong index.
@@ -728,6 +744,8 @@ pub enum Softening {
     Squared(f64),
     /// `max(l, ε)`.
     AtLeast(f64),
+    /// `l` in single precision.
+    Single,
     /// `l²`.
     Square,
     /// The root of the sum of `l²` over all elements of the force.
@@ -870,6 +888,10 @@ pub enum Rule {
         /// The step moves positions by it as well.
         moves: bool,
     },
+    /// Newton's method moves positions by `h` times each update, and by `h u` from there.
+    MovedOn,
+    /// Newton's method has the Jacobians of its first iteration in all others of a step.
+    FirstJacobians,
     /// A Jacobian in the matrix is the other one.
     Other(Quantity),
     /// The forces along the second axis are those along the first.
@@ -981,8 +1003,12 @@ pub enum SeenAt {
     Predicted(usize, usize),
     /// Of Newton's method: velocities are `u + (u − v)`.
     Ahead,
+    /// Of Newton's method: velocities are `v`, and `u − v` is added to the positions.
+    Crossed,
     /// Of Newton's method: positions are `x + h (v + u)/2`.
     Mean,
+    /// Of Newton's method: positions are `x + h (2 u − v)`.
+    MovedOn,
     /// Velocities are `v + h u` with those of the positions `x + h u`.
     Displaced {
         /// For Jacobians as well as forces.
@@ -1137,6 +1163,8 @@ pub enum FixedRule {
     Stand,
     /// Their velocities are zero from the first step on.
     Stop,
+    /// They move in the first step, and their velocities are zero from then on.
+    StopMoved,
     /// They do not move, and their velocities are zero from the first step on.
     Freeze,
     /// Simple gravity changes their velocities.
@@ -1432,6 +1460,8 @@ pub enum SceneRule {
     Counted(&'static str, i32),
     /// A parameter is multiplied by the square root of another one, and by a number.
     Root(&'static str, [&'static str; 2], f64),
+    /// Negative parameters above −1 lose their sign.
+    SmallUnsigned,
     /// A parameter has this sign, whatever is written.
     Signed(&'static str, &'static str, f64),
     /// A parameter is read as another.
@@ -1444,6 +1474,15 @@ pub enum SceneRule {
     ParametersOfOne {
         /// The force's tag.
         tag: &'static str,
+        /// The last one.
+        last: bool,
+    },
+    /// Each element of a force has this parameter of the first one, or of the last one.
+    ParameterOfOne {
+        /// The force's tag.
+        tag: &'static str,
+        /// The parameter.
+        name: &'static str,
         /// The last one.
         last: bool,
     },

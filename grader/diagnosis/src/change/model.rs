@@ -184,6 +184,8 @@ pub(super) struct Rules {
     pub(super) jacobians_at: [Option<f64>; 2],
     pub(super) stale: Option<Stale>,
     pub(super) stale_jacobians: bool,
+    /// The iterations of a step have the Jacobians of the first one.
+    pub(super) first_jacobians: bool,
     /// Entries of the blocks of Jacobians in the matrix.
     pub(super) blocks: Option<Axes>,
     /// Whether positions and velocities of every iteration are those of the first one.
@@ -232,6 +234,7 @@ pub(super) struct Rules {
 pub(super) struct FixedRules {
     pub(super) stand: bool,
     pub(super) stop: bool,
+    pub(super) stop_moved: bool,
     pub(super) fall: bool,
     pub(super) feel: Option<Option<usize>>,
     pub(super) hold: Hold,
@@ -272,7 +275,7 @@ pub struct Model {
     pub(super) rules: Rules,
     pub(super) fixed_rules: FixedRules,
     /// A slip in the functions on vectors, of all forces or of the one of this tag.
-    helper: Option<(Option<&'static str>, Helper)>,
+    helper: Option<(Option<&'static str>, &'static [Quantity], Helper)>,
     /// `1/0` in formulas.
     by_zero: f64,
     /// The number of the last step, and its own model, where it has another size.
@@ -375,6 +378,7 @@ impl Model {
             jacobians_at: [None; 2],
             stale: None,
             stale_jacobians: false,
+            first_jacobians: false,
             blocks: None,
             unmoved: [false; 2],
             whole_change: [false; 2],
@@ -402,6 +406,7 @@ impl Model {
         let fixed_rules = FixedRules {
             stand: false,
             stop: false,
+            stop_moved: false,
             fall: false,
             feel: None,
             hold: HELD,
@@ -449,6 +454,7 @@ impl Model {
             changes.iter().for_each(|change| inner.make(change));
             // The velocities of fixed particles are set at the end of the whole step.
             (inner.fixed_rules.stop, inner.fixed_rules.fall) = (false, false);
+            inner.fixed_rules.stop_moved = false;
             inner.fixed_rules.doubled = false;
             model.part = Some((part, Box::new(inner)));
         }
@@ -581,7 +587,9 @@ impl Model {
             | Effect::Scene(_)
             | Effect::Partly(..) => {}
             Effect::Method(_, rule) => self.follow(*rule),
-            Effect::Helper(of, helper) => self.helper = Some((*of, *helper)),
+            Effect::Helper(of, quantities, helper) => {
+                self.helper = Some((*of, quantities, *helper))
+            }
             Effect::Rounds(rule) => {
                 if let Some(rounds) = &mut self.rounds {
                     rounds.make(rule);
@@ -590,6 +598,7 @@ impl Model {
             Effect::Fixed(rule) => match *rule {
                 FixedRule::Stand => self.fixed_rules.stand = true,
                 FixedRule::Stop => self.fixed_rules.stop = true,
+                FixedRule::StopMoved => self.fixed_rules.stop_moved = true,
                 FixedRule::Freeze => {
                     (self.fixed_rules.stand, self.fixed_rules.stop) = (true, true);
                 }
@@ -705,6 +714,16 @@ impl Model {
                 rules.seen_at = Some(SeenAt::Mean);
                 rules.position = moves.then_some([0.5, 0.5, 1.0]);
                 // The matrix is that of another equation.
+                rules.newton.iterations = MANY_ITERATIONS;
+            }
+            Rule::MovedOn => {
+                rules.seen_at = Some(SeenAt::MovedOn);
+                rules.position = Some([-1.0, 2.0, 1.0]);
+                // The matrix is that of another equation.
+                rules.newton.iterations = MANY_ITERATIONS;
+            }
+            Rule::FirstJacobians => {
+                rules.first_jacobians = true;
                 rules.newton.iterations = MANY_ITERATIONS;
             }
             Rule::Other(quantity) => rules.other = Some(quantity),
@@ -989,21 +1008,24 @@ impl Model {
         let Some(formula) = &evaluation.formula else { return };
         for element in model.elements_of(Quantity::Force) {
             let of = |pair: [usize; 2], masses: Option<MassAt>| {
-                formula.value(&self.inputs(model, element, pair, [x, v], masses)).vector()
+                formula
+                    .value(&self.inputs((model, Quantity::Force), element, pair, [x, v], masses))
+                    .vector()
             };
             // With a separate mass for each component.
             let on = |pair: [usize; 2]| match evaluation.masses {
                 Some(MassAt::Coordinate) => Vector3::from_fn(|axis, _| {
                     let last = self.mass.len() - 1;
                     let read = pair.map(|one| (one + axis).min(last) / self.dimension);
-                    let inputs = self.inputs(model, element, pair, [x, v], None);
+                    let inputs = self.inputs((model, Quantity::Force), element, pair, [x, v], None);
                     let masses = read.map(|particle| self.scene.particles[particle].mass);
                     formula.value(&Inputs { masses, ..inputs }).vector()[axis]
                 }),
                 None if matches!(self.mass_list, Some((_, false))) => {
                     Vector3::from_fn(|axis, _| {
                         let axis = axis.min(self.dimension - 1);
-                        let inputs = self.inputs(model, element, pair, [x, v], None);
+                        let inputs =
+                            self.inputs((model, Quantity::Force), element, pair, [x, v], None);
                         let masses = match element.particles.is_empty() {
                             true => pair.map(|one| self.mass_at(one * self.dimension + axis)),
                             false => inputs.masses,
@@ -1018,7 +1040,7 @@ impl Model {
                 add_all(element, &[i, j], &mut [force, -force]);
                 continue;
             }
-            for particle in Particles::of(evaluation.particles, self.scene.particles.len()) {
+            for particle in self.particles(model, Quantity::Force) {
                 add_all(element, &[particle], &mut [on([particle; 2])]);
             }
         }
@@ -1067,7 +1089,7 @@ impl Model {
         let mut put_all = |element: &Element, particles: &[usize], blocks: &mut [Matrix3<f64>]| {
             let m = particles.len();
             changes.iter().flatten().for_each(|change| change.change(m, blocks));
-            if let (Some(Helper::Entries(of, axes)), 2) = (self.helper_of(model.term), m)
+            if let (Some(Helper::Entries(of, axes)), 2) = (self.helper_of(model.term, quantity), m)
                 && of.contains(&quantity)
             {
                 blocks.iter_mut().for_each(|block| *block = axes.of_matrix(*block));
@@ -1097,7 +1119,8 @@ impl Model {
         let Some(formula) = &evaluation.formula else { return };
         for element in model.elements_of(quantity) {
             let of = |pair: [usize; 2]| {
-                let inputs = self.inputs(model, element, pair, [x, v], evaluation.masses);
+                let inputs =
+                    self.inputs((model, quantity), element, pair, [x, v], evaluation.masses);
                 formula.value(&inputs).matrix()
             };
             if let [i, j] = element.particles[..] {
@@ -1105,16 +1128,26 @@ impl Model {
                 put_all(element, &[i, j], &mut [block, -block, -block, block]);
                 continue;
             }
-            for particle in Particles::of(evaluation.particles, self.scene.particles.len()) {
+            for particle in self.particles(model, quantity) {
                 put_all(element, &[particle], &mut [of([particle; 2])]);
             }
         }
     }
 
-    /// The slip in the functions on vectors of a term.
-    fn helper_of(&self, term: Term) -> Option<Helper> {
-        let is_its = |of: &Option<&str>| of.is_none_or(|tag| tag == term.tag);
-        self.helper.filter(|(of, _)| is_its(of)).map(|(_, helper)| helper)
+    /// The slip in the functions on vectors by which a quantity of a term is computed.
+    fn helper_of(&self, term: Term, quantity: Quantity) -> Option<Helper> {
+        let (of, quantities, helper) = self.helper?;
+        let is_its = of.is_none_or(|tag| tag == term.tag) && quantities.contains(&quantity);
+        is_its.then_some(helper)
+    }
+
+    /// The particles on which a quantity of a field acts.
+    fn particles(&self, model: &TermModel, quantity: Quantity) -> std::ops::Range<usize> {
+        let count = self.scene.particles.len();
+        match model.evaluations[quantity.place()].particles {
+            Some(Particles::AsElements) => 0..count.min(model.elements_of(quantity).len()),
+            particles => Particles::of(particles, count),
+        }
     }
 
     /// How often a term's formula is evaluated.
@@ -1127,7 +1160,7 @@ impl Model {
     /// How the blocks of a term's Jacobian are changed: by itself, and then as those of every force between two particles.
     fn block_changes(&self, model: &TermModel, quantity: Quantity) -> [Option<Blocks>; 2] {
         let is_pair = || model.term.schema().stencil.size() == 2;
-        let of_all = match self.helper_of(model.term) {
+        let of_all = match self.helper_of(model.term, quantity) {
             Some(Helper::Blocks(of, change)) if of.contains(&quantity) && is_pair() => Some(change),
             _ => None,
         };
@@ -1160,7 +1193,7 @@ impl Model {
                 Matrix3::from_columns(&[column(0), column(1), column(2)])
             };
             if let [i, j] = element.particles[..] {
-                let inputs = self.inputs(model, element, [i, j], at, masses);
+                let inputs = self.inputs((model, quantity), element, [i, j], at, masses);
                 let [own, cross] = [block(&inputs, 0, 1.0), block(&inputs, 1, -1.0)];
                 put(element, i, i, own);
                 put(element, i, j, cross);
@@ -1169,7 +1202,7 @@ impl Model {
                 continue;
             }
             for particle in 0..if by_velocity { self.scene.particles.len() } else { 0 } {
-                let inputs = self.inputs(model, element, [particle; 2], at, masses);
+                let inputs = self.inputs((model, quantity), element, [particle; 2], at, masses);
                 put(element, particle, particle, block(&inputs, 0, 1.0));
             }
         }
@@ -1258,13 +1291,13 @@ impl Model {
 
     fn inputs(
         &self,
-        model: &TermModel,
+        (model, quantity): (&TermModel, Quantity),
         element: &Element,
         [i, j]: [usize; 2],
         [x, v]: [&[f64]; 2],
         masses: Option<MassAt>,
     ) -> Inputs {
-        let helper = self.helper_of(model.term);
+        let helper = self.helper_of(model.term, quantity);
         let of_all = match helper {
             Some(Helper::Read(read)) => Some(read),
             _ => None,
@@ -1606,6 +1639,7 @@ impl Which {
                 before.count() >= scene.edges.len()
             }
             Self::Joined => element.particles.iter().any(|each| scene.particles[*each].fixed),
+            Self::Beside(other) => scene.forces.iter().any(|one| one.schema.tag == other),
         };
         let each = scene.forces.iter().enumerate();
         each.map(|(number, element)| is_its(element) && is_one((number, element))).collect()
@@ -1896,6 +1930,7 @@ impl Softening {
             Self::AtLeast(e) => l.max(e),
             Self::Square => l * l,
             Self::Together => l,
+            Self::Single => f64::from(l as f32),
         }
     }
 }
@@ -2007,6 +2042,10 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 *element.parameter_mut(name) *= number * root;
             }
         }
+        SceneRule::SmallUnsigned => {
+            let all = scene.forces.iter_mut().flat_map(|element| &mut element.parameters);
+            all.filter(|value| **value > -1.0).for_each(|value| *value = value.abs());
+        }
         SceneRule::Signed(tag, name, sign) => {
             for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                 let value = element.parameter_mut(name);
@@ -2037,6 +2076,15 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
             if let Some(parameters) = one.map(|one| one.parameters.clone()) {
                 for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
                     element.parameters.clone_from(&parameters);
+                }
+            }
+        }
+        SceneRule::ParameterOfOne { tag, name, last } => {
+            let mut all = scene.forces.iter().filter(|element| of(tag)(element));
+            let one = if last { all.next_back() } else { all.next() };
+            if let Some(value) = one.map(|one| one.parameter(name)) {
+                for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
+                    *element.parameter_mut(name) = value;
                 }
             }
         }

@@ -18,8 +18,8 @@ use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
 use super::work::cost;
 use super::{
-    Accumulated, Change, Each, Factor, Guess, Hold, Newton, Norm, Quantity, SeenAt, Stale, Start,
-    Term, Unknowns,
+    Accumulated, Carried, Change, Each, Factor, Guess, Hold, Kept, Newton, Norm, Quantity, SeenAt,
+    Stale, Start, Term, Unknowns,
 };
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
@@ -180,6 +180,11 @@ impl Model {
         self.fix(&old, state);
         self.limit(state);
         self.drift(&old, state);
+        if self.fixed_rules.stop_moved {
+            let of_fixed =
+                state.velocities.iter_mut().zip(&self.fixed).filter(|(_, fixed)| **fixed);
+            of_fixed.for_each(|(v, _)| *v = 0.0);
+        }
         if self.rules.lost {
             state.velocities = old.velocities;
         }
@@ -369,6 +374,10 @@ impl Model {
             Some(SeenAt::Displaced { jacobians }) if jacobians || quantity == Quantity::Force => {
                 at.v = pairs.map(|(v, u)| v + self.h * u).collect();
             }
+            Some(SeenAt::Crossed) if quantity == Quantity::Force => {
+                at.x.iter_mut().zip(pairs).for_each(|(x, (v, u))| *x += u - v);
+                at.v.clone_from(&old.velocities);
+            }
             Some(SeenAt::Ahead) => at.v = pairs.map(|(v, u)| u + (u - v)).collect(),
             Some(SeenAt::Moved(which)) if which[quantity.place()] => {
                 at.x.iter_mut().zip(&old.positions).for_each(|(x, old)| *x -= old);
@@ -390,9 +399,13 @@ impl Model {
         });
         let mut x = old.positions.clone();
         let (mut along, mut u) = (along.to_vec(), u.to_vec());
-        if self.rules.seen_at == Some(SeenAt::Mean) && self.method == Some(OnePoint::Implicit) {
-            along.iter_mut().zip(&old.velocities).for_each(|(u, old)| *u = 0.5 * (*u + old));
-        }
+        let [of_old, of_new] = match self.rules.seen_at {
+            Some(SeenAt::Mean) if self.method == Some(OnePoint::Implicit) => [0.5, 0.5],
+            Some(SeenAt::MovedOn) if self.method == Some(OnePoint::Implicit) => [-1.0, 2.0],
+            _ => [0.0, 1.0],
+        };
+        let pairs = along.iter_mut().zip(&old.velocities);
+        pairs.for_each(|(u, old)| *u = of_new * *u + of_old * old);
         if self.rules.whole_change[1] && self.method == Some(OnePoint::Implicit) {
             u.iter_mut().zip(&old.velocities).for_each(|(u, old)| *u += old);
         }
@@ -405,7 +418,14 @@ impl Model {
             Some(SeenAt::Twice) => x.iter_mut().for_each(|x| *x *= 2.0),
             Some(SeenAt::Velocity(from, to)) => copy(&mut u, [from, to]),
             Some(SeenAt::Predicted(from, to)) => copy(&mut along, [from, to]),
-            Some(SeenAt::Ahead | SeenAt::Mean | SeenAt::Displaced { .. } | SeenAt::Moved(_))
+            Some(
+                SeenAt::Ahead
+                | SeenAt::Crossed
+                | SeenAt::Mean
+                | SeenAt::MovedOn
+                | SeenAt::Displaced { .. }
+                | SeenAt::Moved(_),
+            )
             | None => {}
         }
         x.iter_mut().zip(&along).for_each(|(x, u)| *x += c * self.h * u);
@@ -493,6 +513,8 @@ impl Model {
         let mut made = 0;
         let mut reached = linearized && most == 1;
         let mut from = Cow::Borrowed(old);
+        let mut of_step = Memory::default();
+        let memory = if self.rules.first_jacobians { &mut of_step } else { memory };
         while made < most {
             let Some(delta) = self.update(memory, time, earlier, &from, &u) else {
                 // An iteration that diverges ends where it may.
@@ -609,7 +631,7 @@ impl Model {
         old: &State,
         u: &[f64],
     ) -> Option<Vec<f64>> {
-        let kept = self.rules.kept;
+        let kept = self.rules.kept.or(self.rules.first_jacobians.then_some(FIRST_JACOBIANS));
         let displaced = memory.velocities(kept, u).map(<[f64]>::to_vec);
         let displace = |at: &mut Point| {
             for (x, (first, u)) in at.x.iter_mut().zip(displaced.iter().flatten().zip(u)) {
@@ -1071,7 +1093,7 @@ impl Model {
                 || rules.restarted.is_some()
                 || rules.accumulated.is_some())
             && rules.forces_along.is_none()
-            && !self.fixed_rules.hold.solution;
+            && !(self.fixed_rules.hold.solution || self.fixed_rules.stop_moved);
         // Before the first step, nothing is kept.
         let is_alone = sample.step == 0 || !self.remembers();
         let shows = self.substeps == 1 && is_alone && is_one_solve;
@@ -1148,6 +1170,15 @@ impl Model {
         }
     }
 }
+
+/// What the iterations of a step keep from the first one.
+const FIRST_JACOBIANS: Kept = Kept {
+    carried: Carried::Again,
+    forces: false,
+    jacobians: [true; 2],
+    inertia: false,
+    displacement: false,
+};
 
 /// `v' − v`.
 fn change(sample: &Sample) -> Vec<f64> {

@@ -410,10 +410,6 @@ fn origin(judged: &JudgedScene<'_>) -> Origin {
         let State { positions, velocities, .. } = &mut state;
         stepper.step(0, None, positions, velocities).then(|| numbers(&state))
     };
-    let sorted = |mut numbers: Vec<f64>| {
-        numbers.sort_by(f64::total_cmp);
-        numbers
-    };
     let mut start = first.clone();
     start.positions = judged.scene.positions();
     start.velocities = judged.scene.velocities();
@@ -429,6 +425,12 @@ fn origin(judged: &JudgedScene<'_>) -> Origin {
         (false, true) => Origin::Written { in_order },
         _ => Origin::Open,
     }
+}
+
+/// The numbers in ascending order.
+fn sorted(mut numbers: Vec<f64>) -> Vec<f64> {
+    numbers.sort_by(f64::total_cmp);
+    numbers
 }
 
 /// Whether the states are those of the step before, or their velocities.
@@ -514,6 +516,10 @@ fn in_order(
         return Some(Kind::InitialMissing);
     }
     // Each number of the scene stands in one place.
+    let first = states.first().map(|first| [&*first.positions, &first.velocities].concat());
+    if first.is_some_and(|first| !same(&sorted(first), &sorted(state.clone()))) {
+        return None;
+    }
     let mut rest = state;
     let is_taken = |value: &f64| {
         let place = rest.iter().position(|known| same(&[*value], &[*known]));

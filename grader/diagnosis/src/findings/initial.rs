@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! first state     px py vx vy of each particle, as the program read them
-//! reading         one of them is another, its size, its negative, an integer or 0, or two are exchanged: in every scene, and no
-//!                 other reading says as much
+//! reading         one of them is another, its size, its negative, an integer or 0, or two are exchanged, or all lose digits or
+//!                 signs: in every scene, and no other reading says as much
 //! precision       all of them are single, and so is the time step by which the times count: in every scene
 //! ```
 
@@ -36,6 +36,8 @@ enum Reading {
     Integer(usize),
     /// So are all.
     Integers,
+    /// Of all, negative ones above −1 lose their sign.
+    SmallUnsigned,
 }
 
 impl Reading {
@@ -48,7 +50,7 @@ impl Reading {
         });
         let each = places()
             .flat_map(|of| [Self::Zero(of), Self::Size(of), Self::Negative(of), Self::Integer(of)]);
-        others.chain(each).chain([Self::Integers])
+        others.chain(each).chain([Self::Integers, Self::SmallUnsigned])
     }
 
     /// The attributes as they are read.
@@ -61,6 +63,9 @@ impl Reading {
             Self::Negative(of) => numbers[of] = -numbers[of],
             Self::Integer(of) => numbers[of] = numbers[of].trunc(),
             Self::Integers => numbers = numbers.map(f64::trunc),
+            Self::SmallUnsigned => {
+                numbers = numbers.map(|value| if value > -1.0 { value.abs() } else { value });
+            }
         }
         numbers
     }
@@ -76,6 +81,9 @@ impl Reading {
             Self::Negative(of) => format!("{} is read with the wrong sign", NAMES[of]),
             Self::Integer(of) => format!("{} is read as an integer", NAMES[of]),
             Self::Integers => "positions and velocities are read as integers".to_owned(),
+            Self::SmallUnsigned => {
+                "negative numbers above −1 are read without their sign".to_owned()
+            }
         }
     }
 
@@ -166,7 +174,7 @@ mod tests {
 
     #[test]
     fn each_reading_is_told_by_the_numbers_it_gives() {
-        let numbers = [[-1.5, 2.25, 3.75, -4.125], [5.5, -6.25, -7.75, 8.125]];
+        let numbers = [[-1.5, 2.25, 3.75, -4.125], [5.5, -0.25, -0.75, 8.125]];
         let all: Vec<[[f64; 4]; 2]> =
             Reading::all().map(|one| numbers.map(|numbers| one.of(numbers))).collect();
         for (number, one) in all.iter().enumerate() {

@@ -195,7 +195,10 @@ impl Findings {
         let of_each = said.iter().zip(&exceptions);
         let mut kinds: Vec<FindingKind> = of_each
             .map(|(cause, exceptions)| match exceptions.as_slice() {
-                _ if is_lack(cause, &causes) => FindingKind::NotImplemented,
+                _ if is_lack(cause, &causes) => match acts_elsewhere(cause, &scenes) {
+                    true => FindingKind::Feature,
+                    false => FindingKind::NotImplemented,
+                },
                 [] => FindingKind::Cause,
                 _ if is_vague(cause, exceptions, &scenes, limits) => FindingKind::Feature,
                 _ => FindingKind::Possible,
@@ -388,6 +391,24 @@ fn is_lack(cause: &Cause, causes: &[Cause]) -> bool {
     cause.is_lack() && !cause.change().is_order_of_updates() && !causes.iter().any(is_of_it)
 }
 
+/// Whether a force that seems to be left out has an effect under other methods: several of their scenes with it are wrong without
+/// it as well, and others are right.
+fn acts_elsewhere(cause: &Cause, scenes: &[Marked<'_>]) -> bool {
+    let methods: BTreeSet<&str> =
+        cause.scenes.iter().map(|number| scenes[*number].scene.integrator.name).collect();
+    let is_of_force = matches!(cause.change().place, Place::Force(_));
+    let others: Vec<&Marked<'_>> = scenes
+        .iter()
+        .filter(|scene| {
+            let has_forces = !scene.scene.forces.is_empty();
+            has_forces && !methods.contains(scene.scene.integrator.name)
+        })
+        .collect();
+    let acts = |scene: &&&Marked<'_>| cause.change().acts_in(&scene.scene) && scene.is_left();
+    let is_right = |scene: &&Marked<'_>| scene.is_settled();
+    is_of_force && others.iter().filter(acts).count() >= FEW && others.iter().any(is_right)
+}
+
 /// Wrong scenes in which a cause acts, and that neither it nor another finding explains. A scene is explained where
 /// something stands out that no right scene has, other than what the cause is about, or where most scenes of its method are wrong in
 /// which the cause does not act. Newton's method ends nearly alike by most
@@ -401,6 +422,7 @@ fn exceptions(
     let own = Feature::from(cause.change().place);
     let is_by_newton = matches!(own, Feature::Jacobian(_))
         && cause.scenes.iter().all(|number| scenes[*number].is_newton());
+    let wrong = search::wrong_otherwise(cause.change(), scenes);
     let is_excused = |number: &&usize| {
         // Something else makes numbers that are not finite at once.
         if scenes[**number].fails_at_once() {
@@ -409,7 +431,8 @@ fn exceptions(
         if is_by_newton && is_linearized(&scenes[**number]) {
             return false;
         }
-        if is_wrong_anyway(cause, &scenes[**number].scene, scenes) {
+        let inner = &scenes[**number].scene;
+        if is_wrong_anyway(cause, inner, scenes) || !terms(inner).is_disjoint(&wrong) {
             return true;
         }
         let has_it = |finding: &Finding| finding.has(scenes[**number].judged.name);
@@ -541,7 +564,8 @@ fn outputs(scenes: &mut [Marked<'_>]) -> Vec<Finding> {
     if let Some(most) = kinds.first().filter(|first| 4 * count(first) >= 3 * all) {
         let most = most.0.clone();
         let is_clear = |kind: &Kind| {
-            matches!(kind, Kind::TimeStep(_) | Kind::TimeSteps(_) | Kind::FixedLeftOut)
+            use Kind::{FixedLeftOut, StateTooFew, StateTooMany, TimeStep, TimeSteps};
+            matches!(kind, TimeStep(_) | TimeSteps(_) | FixedLeftOut | StateTooFew | StateTooMany)
         };
         kinds.retain(|(kind, _)| *kind == most || is_clear(kind));
     }

@@ -300,13 +300,14 @@ pub(super) fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
 }
 
 /// Ways to count steps.
-const WAYS: [&str; 6] = [
+const WAYS: [&str; 7] = [
     "duration/dt is rounded down",
     "duration/dt is rounded to the nearest integer",
     "duration/dt is rounded down and 1 is added",
     "duration/dt is rounded up and 1 is added",
     "steps end where the sum of all dt reaches the duration",
     "steps end where the sum of all dt exceeds the duration",
+    "duration/dt is computed in single precision and rounded up",
 ];
 
 /// The number of steps by each of [`WAYS`].
@@ -315,7 +316,8 @@ fn counts(scene: &Scene) -> [f64; WAYS.len()] {
     let below = summed(scene, |time, end| time < end);
     let up_to = summed(scene, |time, end| time <= end);
     let right = step_count(scene.duration, scene.time_step);
-    [ratio.floor(), ratio.round(), ratio.floor() + 1.0, right + 1.0, below, up_to]
+    let single = f64::from((scene.duration as f32 / scene.time_step as f32).ceil());
+    [ratio.floor(), ratio.round(), ratio.floor() + 1.0, right + 1.0, below, up_to, single]
 }
 
 /// Steps that are taken while this holds of the sum of their dt and the duration.

@@ -17,7 +17,10 @@ mod weigh;
 use std::collections::{BTreeSet, HashMap};
 
 use crate::change::candidates;
-use crate::change::{Change, Effect, Memory, Model, Place, Quantity, Rule, Term};
+use crate::change::gate::Measure;
+use crate::change::{
+    Change, Effect, Ends, Memory, Model, Place, Quantity, Rule, SceneRule, Term, Which,
+};
 use rayon::prelude::*;
 use scene::Scene;
 use scene::schema::{Convergence, IntegratorSchema, Matrix};
@@ -28,7 +31,8 @@ use super::judged::Outcome;
 use super::thresholds::Thresholds;
 use super::trace::is_large;
 use residuals::{
-    of_linearized, pairs_of, survivors, with_matrices, with_positions, with_reading, with_rules,
+    of_linearized, pairs_of, pairs_of_rules, survivors, with_matrices, with_positions,
+    with_reading, with_rules, within_terms,
 };
 use weigh::Weighed;
 
@@ -92,6 +96,30 @@ fn is_lack(change: &Change) -> bool {
     }
 }
 
+/// Parts of the work that is left which the changes of one scene may take: a small one first, as they may be found in less
+/// work in other scenes.
+const PARTS: [u64; 2] = [4, 1];
+
+/// The scenes whose changes, or pairs of them, are enumerated.
+#[derive(Default)]
+struct Seen {
+    scenes: BTreeSet<(usize, bool)>,
+    /// Those among them that needed more work than was allowed.
+    cut: BTreeSet<(usize, bool)>,
+    /// The work that is left is divided by this for each.
+    part: u64,
+}
+
+impl Seen {
+    /// Allows this part of the work that is left, also to those that needed more before.
+    fn allow(&mut self, part: u64) {
+        self.part = part;
+        for one in std::mem::take(&mut self.cut) {
+            self.scenes.remove(&one);
+        }
+    }
+}
+
 /// The result of a search.
 pub(super) struct Assignment<'a> {
     /// The scenes, with what is known of them.
@@ -128,6 +156,7 @@ pub(super) fn causes<'a>(scenes: &[Marked<'a>], limits: &'a Thresholds) -> Assig
     }
     best.explain_more();
     best.drop_all(Search::is_unlikely);
+    best.drop_alternatives();
     let Search { scenes, found: mut causes, .. } = best;
     for cause in &mut causes {
         // Only a matrix of Jacobians shows them.
@@ -278,36 +307,36 @@ impl<'a> Search<'a> {
         });
         let left = self.covering(left);
         let mut gates = gates::Known::default();
-        let mut seen: BTreeSet<(usize, bool)> = BTreeSet::new();
-        let mut beside: BTreeSet<(usize, bool)> = BTreeSet::new();
-        loop {
-            let n_before = seen.len();
-            for pairs in [false, true] {
-                let weighed = self.enumerate(made, &left, pairs, &mut seen, &mut gates);
-                let chosen = self.choose(made, weighed);
-                if !chosen.is_empty() {
-                    return chosen;
-                }
-                if !pairs {
-                    let chosen = self.beside_alternatives(&left, &mut beside);
+        let [mut seen, mut beside] = [Seen::default(), Seen::default()];
+        for part in PARTS {
+            seen.allow(part);
+            beside.allow(part);
+            loop {
+                let n_before = seen.scenes.len();
+                for pairs in [false, true] {
+                    let weighed = self.enumerate(made, &left, pairs, &mut seen, &mut gates);
+                    let chosen = self.choose(made, weighed);
                     if !chosen.is_empty() {
                         return chosen;
                     }
+                    if !pairs {
+                        let chosen = self.beside_alternatives(&left, &mut beside);
+                        if !chosen.is_empty() {
+                            return chosen;
+                        }
+                    }
+                }
+                if seen.scenes.len() == n_before {
+                    break;
                 }
             }
-            if seen.len() == n_before {
-                return Vec::new();
-            }
         }
+        Vec::new()
     }
 
     /// The best change in other scenes of a cause's methods, in which an alternative of it acts and it does not: the cause is the
     /// alternative then.
-    fn beside_alternatives(
-        &mut self,
-        left: &[usize],
-        seen: &mut BTreeSet<(usize, bool)>,
-    ) -> Vec<Cause> {
+    fn beside_alternatives(&mut self, left: &[usize], seen: &mut Seen) -> Vec<Cause> {
         for number in 0..self.found.len() {
             let change = self.found[number].change().clone();
             let methods = self.methods(&self.found[number]);
@@ -359,7 +388,7 @@ impl<'a> Search<'a> {
         made: &[Change],
         left: &[usize],
         pairs: bool,
-        seen: &mut BTreeSet<(usize, bool)>,
+        seen: &mut Seen,
         gates: &mut gates::Known,
     ) -> Vec<Weighed> {
         let mut weighed: Vec<Weighed> = Vec::new();
@@ -375,14 +404,14 @@ impl<'a> Search<'a> {
                 |change: &&Change| change.acts_in(&scene.scene) && model.is_changed_by(change);
             let acting = made.iter().filter(acts).count();
             let size = scene.scene.particles.len() * scene.scene.dimension.count();
-            let (needed, remaining) =
-                (estimated(scene.scene.integrator, size, pairs), self.remaining());
+            let allowed = self.remaining() / seen.part;
             let is_known = self.tried.get(&(number, pairs)) == Some(&acting);
-            if most == 0 || needed > remaining || is_known || !seen.insert((number, pairs)) {
+            let needed = estimated(scene.scene.integrator, size, pairs);
+            if most == 0 || needed > allowed || is_known || !seen.scenes.insert((number, pairs)) {
                 continue;
             }
             most -= 1;
-            scene.work.allow(remaining);
+            scene.work.allow(allowed);
             let mut survivors: Vec<Vec<Change>> = match pairs {
                 false => {
                     let mut found = survivors(&scene, made, &self.time_steps);
@@ -394,19 +423,22 @@ impl<'a> Search<'a> {
                 true => {
                     let mut found = with_rules(&scene, made);
                     found.extend(pairs_of(&scene, made));
+                    found.extend(within_terms(&scene, made));
                     if found.is_empty() {
                         found = with_positions(&scene, made, &self.time_steps);
                     }
                     if found.is_empty() {
                         found = with_reading(&scene, made);
+                        found.extend(pairs_of_rules(&scene, made));
                         found.extend(gates::with_rules(number, &self.scenes, made, self.limits));
                     }
                     found
                 }
             };
             // A partial enumeration may lack the right change.
-            if self.remaining() == 0 {
-                break;
+            if scene.work.is_over() {
+                seen.cut.insert((number, pairs));
+                continue;
             }
             let is_excluded = |change: &Change| self.excluded.contains(change);
             survivors.retain(|changes| !changes.iter().any(is_excluded));
@@ -626,6 +658,29 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Drops alternatives that say the same as a cause, and those by which another part of a force acts twice on a particle, where a
+    /// cause is that this part acts on one particle alone.
+    fn drop_alternatives(&mut self) {
+        let ends = self.found.iter().filter_map(|cause| match cause.change().effect {
+            Effect::Ends(term, Ends::First | Ends::Second) => Some(term),
+            _ => None,
+        });
+        let ends: Vec<Term> = ends.collect();
+        for cause in &mut self.found {
+            let is_beside = |change: &Change| match change.effect {
+                Effect::Ends(term, Ends::Again(_, parts)) => ends
+                    .iter()
+                    .any(|one| *one != term && one.tag == term.tag && parts.contains(&one.part)),
+                _ => false,
+            };
+            if !is_beside(cause.change()) {
+                cause.alternatives.retain(|change| !is_beside(change));
+            }
+            let said = cause.change().clone();
+            cause.alternatives.retain(|change| !is_gate_of(change, &said));
+        }
+    }
+
     /// Whether more scenes refute a mistake than it explains. A scene refutes one if nothing explains it, and all its terms and
     /// rules are in a scene that the mistake explains: nothing else can be wrong there.
     fn is_refuted(&self, cause: &Cause) -> bool {
@@ -648,7 +703,7 @@ impl<'a> Search<'a> {
         let acts = |scene: &&Marked<'_>| change.must_act_in(&scene.scene) && scene.is_suspect();
         let unsettled = self.scenes.iter().filter(acts).filter(|scene| !scene.explained).count();
         let explained = cause.scenes.len();
-        let wrong = self.wrong_otherwise(change);
+        let wrong = wrong_otherwise(change, &self.scenes);
         let is_counted =
             |number: &&usize| super::terms(&self.scenes[**number].scene).is_disjoint(&wrong);
         let against = cause.unexplained.iter().filter(is_counted).count();
@@ -659,22 +714,6 @@ impl<'a> Search<'a> {
             true => explained <= unsettled,
             false => !cause.is_lack() && (2 * explained < against || is_in_method),
         }
-    }
-
-    /// Terms that are wrong whatever this change is: no scene with one is right, and several are left wrong in which it does
-    /// not act.
-    fn wrong_otherwise(&self, change: &Change) -> BTreeSet<Term> {
-        let left = self.scenes.iter().filter(|scene| scene.is_left());
-        let mut count: HashMap<Term, usize> = HashMap::new();
-        for scene in left.filter(|scene| !change.acts_in(&scene.scene)) {
-            for term in super::terms(&scene.scene) {
-                *count.entry(term).or_default() += 1;
-            }
-        }
-        let right = self.scenes.iter().filter(|scene| scene.is_settled());
-        let right: BTreeSet<Term> = right.flat_map(|scene| super::terms(&scene.scene)).collect();
-        let several = count.into_iter().filter(|(_, count)| *count >= super::FEW);
-        several.map(|(term, _)| term).filter(|term| !right.contains(term)).collect()
     }
 
     /// The methods of the scenes that a cause explains.
@@ -701,6 +740,33 @@ impl<'a> Search<'a> {
             others.partition(|scene| scene.is_left());
         !is_of_method && right.is_empty() && wrong.len() > cause.scenes.len()
     }
+}
+
+/// Terms that are wrong whatever this change is: several scenes with them are left wrong in which it does not act, and few
+/// are right.
+pub(super) fn wrong_otherwise(change: &Change, scenes: &[Marked<'_>]) -> BTreeSet<Term> {
+    let mut counts: HashMap<Term, (usize, usize)> = HashMap::new();
+    for scene in scenes {
+        let is_left = scene.is_left() && !change.must_act_in(&scene.scene);
+        for term in super::terms(&scene.scene) {
+            let (left, right) = counts.entry(term).or_default();
+            *left += usize::from(is_left);
+            *right += usize::from(scene.is_settled());
+        }
+    }
+    let is_wrong = |(left, right): (usize, usize)| left >= super::FEW && left > MOSTLY * right;
+    counts.into_iter().filter(|(_, count)| is_wrong(*count)).map(|(term, _)| term).collect()
+}
+
+/// Scenes of a term that are left wrong, for each that is right, above which the term is wrong.
+const MOSTLY: usize = 3;
+
+/// Whether a change leaves elements out by a gate, and another one says the same of a parameter that is 0.
+fn is_gate_of(change: &Change, said: &Change) -> bool {
+    let Effect::Gate(_, _, gate) = &change.effect else { return false };
+    let (Effect::Scene(rule) | Effect::Partly(_, rule)) = &said.effect else { return false };
+    let SceneRule::LeftOut { which: Which::Zero(name), .. } = rule else { return false };
+    gate.factor == 0.0 && matches!(gate.measure, Measure::Parameter(_, of) if of == *name)
 }
 
 /// Whether all terms and rules of a scene are in another one.

@@ -33,16 +33,6 @@ pub(super) fn survivors(
     whole.extend(candidates::of_integrator(inner));
     whole.extend(candidates::of_fixed(inner));
     // Newton's method ends in the same place by most matrices.
-    let is_of_matrix = |change: &Change| {
-        use Effect::{Blocks, Helper};
-        let is_helper =
-            |helper: &_| matches!(helper, helper::Helper::Blocks(..) | helper::Helper::Entries(..));
-        match &change.effect {
-            Blocks(..) => true,
-            Helper(_, helper) => is_helper(helper),
-            _ => false,
-        }
-    };
     let helpers = candidates::of_helpers(inner).into_iter();
     whole.extend(helpers.filter(|change| !scene.is_newton() || !is_of_matrix(change)));
     whole.extend(candidates::of_reading(inner, time_steps));
@@ -78,6 +68,12 @@ pub(super) fn survivors(
     found
 }
 
+/// Whether a change of the functions on vectors is one of Jacobians alone.
+fn is_of_matrix(change: &Change) -> bool {
+    use helper::Helper::{Blocks, Entries};
+    matches!(&change.effect, Effect::Blocks(..) | Effect::Helper(.., Blocks(..) | Entries(..)))
+}
+
 /// Whether a change makes the sampled steps with those made; not so once the work is over its limit.
 fn makes(scene: &SceneEvidence<'_>, made: &[Change], change: &Change) -> bool {
     let all = [made, std::slice::from_ref(change)].concat();
@@ -109,6 +105,30 @@ fn rules_of(scene: &SceneEvidence<'_>, made: &[Change], samples: &Samples<'_>) -
     rules
 }
 
+/// Two changes of a method's rules, or of fixed particles; of a linearized method, which costs more, the most usual alone, and
+/// those with values that are kept. None of Newton's method: by two of them, it may end in many places.
+pub(super) fn pairs_of_rules(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+    if scene.is_newton() {
+        return Vec::new();
+    }
+    let mut rules = rules_of(scene, made, &scene.clear_samples(&scene.model(made)));
+    let is_kept = |rule: &Change| matches!(rule.effect, Effect::Method(_, Rule::Kept(_)));
+    let is_tried = |first: &Change, second: &Change| {
+        let are_usual = first.rank < 2 && second.rank < 2;
+        let is_quick = scene.scene.integrator.matrix != Matrix::Jacobians;
+        (is_quick || are_usual || is_kept(first)) && !first.undoes(second)
+    };
+    rules.sort_by_key(|rule| (!is_kept(rule), rule.rank));
+    let of = |number: usize| {
+        let first = &rules[number];
+        let beside = [made, std::slice::from_ref(first)].concat();
+        let others = rules[number + 1..].iter().filter(|second| is_tried(first, second));
+        let fits = others.filter(|second| makes(scene, &beside, second));
+        fits.map(|second| vec![first.clone(), second.clone()]).collect::<Vec<Vec<Change>>>()
+    };
+    (0..rules.len()).into_par_iter().flat_map_iter(of).collect()
+}
+
 /// Of positions or fixed particles that are wrong in a scene, the rules with which they are right: another change can be
 /// looked for with these alone.
 pub(super) fn setting_right(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
@@ -122,15 +142,18 @@ pub(super) fn setting_right(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<C
     rules
 }
 
-/// A change of the reading, or of the functions on vectors, with one of a term; none under implicit methods, which read a
-/// scene as explicit ones do and cost more.
+/// A change of the reading, or of the functions on vectors, with one of a term. Of a linearized method, which reads a scene as
+/// explicit ones do and costs more, only those of matrices; none of Newton's method.
 pub(super) fn with_reading(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
     let inner = &scene.scene;
-    if inner.integrator.matrix == Matrix::Jacobians {
+    if scene.is_newton() {
         return Vec::new();
     }
     let mut rules = candidates::of_helpers(inner);
-    rules.extend(candidates::of_reading(inner, &[]));
+    match inner.integrator.matrix {
+        Matrix::Jacobians => rules.retain(is_of_matrix),
+        _ => rules.extend(candidates::of_reading(inner, &[])),
+    }
     with_each(&rules, scene, made, &scene.clear_samples(&scene.model(made)))
 }
 
@@ -407,7 +430,7 @@ impl<'a> Base<'a> {
     }
 }
 
-/// Jacobians that only the end of Newton's method shows: implicit Euler converges elsewhere with them.
+/// Jacobians, and rules of the matrix, that only the end of Newton's method shows: implicit Euler converges elsewhere with them.
 fn in_jacobians_of_newton(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Change> {
     let inner = &scene.scene;
     if reference::method::Method::one_point(inner.integrator)
@@ -421,8 +444,9 @@ fn in_jacobians_of_newton(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Cha
         .flat_map(candidates::of_term)
         .filter(|change| matches!(change.place, Place::Jacobian(_)) && change.rank < 2)
         .collect();
-    let fits = all.into_par_iter().filter(|change| makes(scene, made, change));
-    fits.cloned().collect()
+    let of_matrix = candidates::of_newtons_matrix(inner);
+    let all = all.into_par_iter().chain(&of_matrix);
+    all.filter(|change| makes(scene, made, change)).cloned().collect()
 }
 
 /// Pairs of changes of different values that together cancel the residual.
@@ -485,6 +509,33 @@ pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Ch
     }
     found.sort_by_key(|(rank, _)| *rank);
     found.into_iter().map(|(_, changes)| changes).collect()
+}
+
+/// Two changes of one value of a term, of which the first is one of its factor, its blocks, its components or its ends.
+pub(super) fn within_terms(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Change>> {
+    let model = scene.model(made);
+    let samples = scene.clear_samples(&model);
+    let is_first = |change: &&Change| {
+        use Effect::{Axes, Blocks, Ends};
+        let is_factor =
+            matches!(change.effect, Effect::Factor(_, _, factor) if factor.number != 0.0);
+        change.rank < 2 && (is_factor || matches!(change.effect, Axes(..) | Blocks(..) | Ends(..)))
+    };
+    let of = |(term, first): (Term, &'static Change)| -> Vec<Vec<Change>> {
+        let model = scene.model(&[made, std::slice::from_ref(first)].concat());
+        let Some(base) = Base::of(&model, &samples) else { return Vec::new() };
+        let seconds = candidates::of_term(term).iter().filter(|second| {
+            value_of(second) == value_of(first)
+                && second.effect != first.effect
+                && base.is_cancelled(second)
+        });
+        seconds.map(|second| vec![first.clone(), second.clone()]).collect()
+    };
+    let terms = (0..model.n_terms()).map(|number| model.term(number));
+    let firsts =
+        terms.flat_map(|term| candidates::of_term(term).iter().map(move |one| (term, one)));
+    let firsts: Vec<(Term, &Change)> = firsts.filter(|(_, change)| is_first(change)).collect();
+    firsts.into_par_iter().flat_map_iter(of).collect()
 }
 
 /// The value that a change is made in: two changes of one value do not add up.

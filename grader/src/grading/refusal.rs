@@ -42,6 +42,12 @@ const NUMBERED: [&str; 5] = ["particle", "edge", "index", "node", "vertex"];
 /// A shell's exit status of a program that a signal ended is larger.
 const SIGNALS: i32 = 128;
 
+/// Letters that a name without its last ones lacks, at most: with more, it may be a shorter name.
+const MOST_CUT: usize = 3;
+
+/// Letters of a name that are left are more than these: fewer may be a word.
+const LEAST_KEPT: usize = 10;
+
 /// More words of a program that says why it ends, in lower case.
 const REASONS: [&str; 4] = ["cannot", "can't", " yet", "only "];
 
@@ -94,7 +100,21 @@ fn is_refused(line: &str) -> bool {
 pub(super) fn says_why(run: &RunFailure) -> bool {
     let text = said(run);
     let has = |words: &[&str]| words.iter().any(|word| text.contains(word));
-    says_something(run) && (text.lines().any(is_refused) || has(&REASONS))
+    says_something(run) && (text.lines().any(is_refused) || has(&REASONS)) && !cuts_a_name(&text)
+}
+
+/// Whether a text has the name of an integrator or a force without its last letters, as a program that keeps too few of them
+/// says that it does not know it.
+fn cuts_a_name(text: &str) -> bool {
+    let integrators = simulator::integrator::REGISTRY.iter().map(|kind| kind.schema.name);
+    let forces = simulator::force::REGISTRY.iter().map(|kind| kind.schema.tag);
+    let names: Vec<&str> = integrators.chain(forces).collect();
+    let is_cut = |word: &str, name: &&str| {
+        let is_long = word.len() > LEAST_KEPT && word.len() + MOST_CUT >= name.len();
+        is_long && name.starts_with(word)
+    };
+    let mut words = text.split(|letter: char| !(letter.is_alphanumeric() || letter == '-'));
+    words.any(|word| !names.contains(&word) && names.iter().any(|name| is_cut(word, name)))
 }
 
 /// Whether a program ended by itself, with an exit status and a message, not with the report of an error that nothing caught.
@@ -198,6 +218,8 @@ mod tests {
             says_why(&RunFailure { end, output })
         };
         assert!(says(RunEnd::Exited(1), "cannot do this yet"));
+        assert!(says(RunEnd::Exited(1), "unknown integrator: linearized-implicit"));
+        assert!(!says(RunEnd::Exited(1), "unknown integrator: linearized-implicit-eul"));
         assert!(!says(RunEnd::Exited(1), ""));
         let warning =
             "sim.py:3: RuntimeWarning: invalid value encountered in divide\n  n = d / l\n";

@@ -356,6 +356,7 @@ const CHANGES: &[&str] = &[
     "dragdamping acts on as many particles as it has elements, the first ones",
     "in springforce, lengths have no root: l is d·d, in forces alone",
     "in all forces, the roots in lengths are those of single precision",
+    "implicit-euler: Newton's method has the Jacobians of its first iteration in all others of a step",
     "steps of implicit-euler clear the forces on fixed particles, and neither their rows and columns nor their right-hand sides",
 ];
 

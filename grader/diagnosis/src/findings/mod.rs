@@ -195,10 +195,12 @@ impl Findings {
         let of_each = said.iter().zip(&exceptions);
         let mut kinds: Vec<FindingKind> = of_each
             .map(|(cause, exceptions)| match exceptions.as_slice() {
-                _ if is_lack(cause, &causes) => match acts_elsewhere(cause, &scenes) {
-                    true => FindingKind::Feature,
-                    false => FindingKind::NotImplemented,
-                },
+                _ if is_lack(cause, &causes) => {
+                    match acts_elsewhere(cause.change(), &cause.scenes, &scenes) {
+                        true => FindingKind::Feature,
+                        false => FindingKind::NotImplemented,
+                    }
+                }
                 [] => FindingKind::Cause,
                 _ if is_vague(cause, exceptions, &scenes, limits) => FindingKind::Feature,
                 _ => FindingKind::Possible,
@@ -391,12 +393,17 @@ fn is_lack(cause: &Cause, causes: &[Cause]) -> bool {
     cause.is_lack() && !cause.change().is_order_of_updates() && !causes.iter().any(is_of_it)
 }
 
-/// Whether a force that seems to be left out has an effect under other methods: several of their scenes with it are wrong without
-/// it as well, and others are right.
-fn acts_elsewhere(cause: &Cause, scenes: &[Marked<'_>]) -> bool {
+/// Whether a force that seems to be left out in these scenes has an effect under other methods: several of their scenes with it are
+/// wrong without it as well, and others are right.
+fn acts_elsewhere<'a>(
+    change: &Change,
+    shown: impl IntoIterator<Item = &'a usize>,
+    scenes: &[Marked<'_>],
+) -> bool {
+    let shown = shown.into_iter();
     let methods: BTreeSet<&str> =
-        cause.scenes.iter().map(|number| scenes[*number].scene.integrator.name).collect();
-    let is_of_force = matches!(cause.change().place, Place::Force(_));
+        shown.map(|number| scenes[*number].scene.integrator.name).collect();
+    let is_of_force = matches!(change.place, Place::Force(_));
     let others: Vec<&Marked<'_>> = scenes
         .iter()
         .filter(|scene| {
@@ -404,7 +411,7 @@ fn acts_elsewhere(cause: &Cause, scenes: &[Marked<'_>]) -> bool {
             has_forces && !methods.contains(scene.scene.integrator.name)
         })
         .collect();
-    let acts = |scene: &&&Marked<'_>| cause.change().acts_in(&scene.scene) && scene.is_left();
+    let acts = |scene: &&&Marked<'_>| change.acts_in(&scene.scene) && scene.is_left();
     let is_right = |scene: &&Marked<'_>| scene.is_settled();
     is_of_force && others.iter().filter(acts).count() >= FEW && others.iter().any(is_right)
 }

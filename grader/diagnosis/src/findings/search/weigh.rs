@@ -96,7 +96,10 @@ impl Search<'_> {
                 other.explained.is_superset(&one.explained)
                     && one.changes[0].place != other.changes[0].place
             });
-            !is_of_all && self.is_convincing(one)
+            // Another mistake may hide that it is left out, until that is found.
+            let is_elsewhere = !all
+                && crate::findings::acts_elsewhere(&one.changes[0], &one.explained, &self.scenes);
+            !is_of_all && !is_elsewhere && self.is_convincing(one)
         });
         found.sort_by_key(|one| std::cmp::Reverse(one.score()));
         let mut places: Vec<Place> = Vec::new();

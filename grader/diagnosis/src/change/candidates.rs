@@ -1981,7 +1981,6 @@ fn partly(all: &[Change], method: &'static str) -> Vec<Change> {
                 | SceneRule::OfEdge(..)
                 | SceneRule::ParticlesBefore(_)
                 | SceneRule::ParametersOfOne { .. }
-                | SceneRule::ParameterOfOne { .. }
                 | SceneRule::EdgeAsParticle(..)
                 | SceneRule::Pairs(..)
                 | SceneRule::Counted(..)
@@ -2243,14 +2242,14 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             }
             for (last, which) in [(false, "first"), (true, "last")] {
                 let words = format!("each {tag} has the parameters of the {which}");
-                add(whole, SceneRule::ParametersOfOne { tag, last }, 2, words);
+                add(whole, SceneRule::ParametersOfOne { tag, name: None, last }, 2, words);
                 for parameter in schema.parameters.iter().filter(|_| schema.parameters.len() > 1) {
                     let name = parameter.name;
                     let mut values = of_it().map(|element| element.parameter(name));
                     let one = values.next();
                     if values.any(|value| Some(value) != one) {
                         let words = format!("each {tag} has {name} of the {which}");
-                        let rule = SceneRule::ParameterOfOne { tag, name, last };
+                        let rule = SceneRule::ParametersOfOne { tag, name: Some(name), last };
                         add(of_parameter(name), rule, 2, words);
                     }
                 }

@@ -222,7 +222,7 @@ impl SceneRule {
                 }
                 Self::ShortLastStep => !scene.is_divided(),
                 Self::LeftOut { which: Which::Beside(other), .. } => any(other, &|_| true),
-                Self::ParameterOfOne { tag, name, .. } => {
+                Self::ParametersOfOne { tag, name: Some(name), .. } => {
                     let mut all = scene.forces.iter().filter(|element| element.schema.tag == tag);
                     let first = all.next().map(|element| element.parameter(name));
                     all.any(|element| Some(element.parameter(name)) != first)
@@ -1474,15 +1474,8 @@ pub enum SceneRule {
     ParametersOfOne {
         /// The force's tag.
         tag: &'static str,
-        /// The last one.
-        last: bool,
-    },
-    /// Each element of a force has this parameter of the first one, or of the last one.
-    ParameterOfOne {
-        /// The force's tag.
-        tag: &'static str,
-        /// The parameter.
-        name: &'static str,
+        /// The parameter; `None`: all.
+        name: Option<&'static str>,
         /// The last one.
         last: bool,
     },

@@ -2070,21 +2070,15 @@ fn read_wrongly(scene: &mut Scene, rule: SceneRule) {
                 misread.read(element, particles);
             }
         }
-        SceneRule::ParametersOfOne { tag, last } => {
+        SceneRule::ParametersOfOne { tag, name, last } => {
             let mut all = scene.forces.iter().filter(|element| of(tag)(element));
             let one = if last { all.next_back() } else { all.next() };
-            if let Some(parameters) = one.map(|one| one.parameters.clone()) {
+            if let Some(one) = one.cloned() {
                 for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
-                    element.parameters.clone_from(&parameters);
-                }
-            }
-        }
-        SceneRule::ParameterOfOne { tag, name, last } => {
-            let mut all = scene.forces.iter().filter(|element| of(tag)(element));
-            let one = if last { all.next_back() } else { all.next() };
-            if let Some(value) = one.map(|one| one.parameter(name)) {
-                for element in scene.forces.iter_mut().filter(|element| of(tag)(element)) {
-                    *element.parameter_mut(name) = value;
+                    match name {
+                        Some(name) => *element.parameter_mut(name) = one.parameter(name),
+                        None => element.parameters.clone_from(&one.parameters),
+                    }
                 }
             }
         }

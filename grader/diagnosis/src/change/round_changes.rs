@@ -263,20 +263,13 @@ fn in_symbols(words: &str) -> String {
 fn of_rest_lengths(scene: &Scene) -> Vec<Change> {
     let tag = ELASTIC.tag;
     let task = Task::RestLengths;
+    let of_first = SceneRule::ParametersOfOne { tag, name: None, last: false };
     let mut all = vec![
-        of_scene(
-            task,
-            SceneRule::ParametersOfOne { tag, last: false },
-            1,
-            "every rest length is that of the first spring",
-        ),
+        of_scene(task, of_first, 1, "every rest length is that of the first spring"),
         of_scene(task, SceneRule::Integer(tag, "l0"), 2, "rest lengths are read as integers"),
     ];
     let has_one = scene.forces.iter().filter(|element| is_elastic(scene, element)).count() < 2;
-    all.retain(|change| {
-        !(has_one
-            && change.effect == Effect::Scene(SceneRule::ParametersOfOne { tag, last: false }))
-    });
+    all.retain(|change| !(has_one && change.effect == Effect::Scene(of_first)));
     all
 }
 

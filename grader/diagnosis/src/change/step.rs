@@ -399,13 +399,15 @@ impl Model {
         });
         let mut x = old.positions.clone();
         let (mut along, mut u) = (along.to_vec(), u.to_vec());
-        let [of_old, of_new] = match self.rules.seen_at {
-            Some(SeenAt::Mean) if self.method == Some(OnePoint::Implicit) => [0.5, 0.5],
-            Some(SeenAt::MovedOn) if self.method == Some(OnePoint::Implicit) => [-1.0, 2.0],
-            _ => [0.0, 1.0],
+        let mixed = match self.rules.seen_at {
+            Some(SeenAt::Mean) => Some([0.5, 0.5]),
+            Some(SeenAt::MovedOn) => Some([-1.0, 2.0]),
+            _ => None,
         };
-        let pairs = along.iter_mut().zip(&old.velocities);
-        pairs.for_each(|(u, old)| *u = of_new * *u + of_old * old);
+        if let Some([of_old, of_new]) = mixed.filter(|_| self.method == Some(OnePoint::Implicit)) {
+            let pairs = along.iter_mut().zip(&old.velocities);
+            pairs.for_each(|(u, old)| *u = of_new * *u + of_old * old);
+        }
         if self.rules.whole_change[1] && self.method == Some(OnePoint::Implicit) {
             u.iter_mut().zip(&old.velocities).for_each(|(u, old)| *u += old);
         }

@@ -223,13 +223,13 @@ def grade(grade, folder, mutant):
     subprocess.run(command, capture_output=True, timeout=1200)
     findings = json.loads(report.read_text())["findings"]
     about = lambda one, pattern: any(re.search(pattern, way["feature"]) for way in one["alternatives"])
-    findings = [one for one in findings if not (about(one, lacks) and one["kind"] in ("not-implemented", "common"))]
+    findings = [one for one in findings if not (about(one, lacks) and one["kind"] in ("no-effect", "not-implemented", "common"))]
     if not findings:
         return ("passes", language, kind, words, [])
     lists = [f"{one['kind']}: {one['message']}" for one in findings]
     blaming = [one for one in findings if one["kind"] not in BLAMELESS]
     false = [one for one in blaming if not about(one, pattern)]
-    proven = [one for one in blaming if one["kind"] in ("cause", "not-implemented")]
+    proven = [one for one in blaming if one["kind"] in ("cause", "no-effect", "not-implemented")]
     if any(one in proven for one in false):
         return ("FALSE CAUSE", language, kind, words, lists)
     if false:

@@ -244,8 +244,8 @@ const FEW_DIGITS: usize = 15;
 /// Traces with fewer digits than this are of simple numbers, not rounded.
 const FEWEST_DIGITS: usize = 4;
 
-/// Redoes all steps of a trace. Returns which are wrong, and evidence from some of them.
-pub fn examine(scene: &Scene, states: &[State]) -> (WrongSteps, Vec<Evidence>) {
+/// Redoes all steps of a trace whose numbers have at least this relative error. Returns which are wrong, and evidence from some.
+pub fn examine(scene: &Scene, states: &[State], error: f64) -> (WrongSteps, Vec<Evidence>) {
     let rounding = Rounding::of(states);
     let mut found = WrongSteps {
         starts_right: states.first().is_some_and(|state| is_start(scene, state)),
@@ -253,7 +253,7 @@ pub fn examine(scene: &Scene, states: &[State]) -> (WrongSteps, Vec<Evidence>) {
         digits: rounding.digits,
         ..WrongSteps::default()
     };
-    let mut judge = Judge::new(scene, rounding.unit());
+    let mut judge = Judge::new(scene, rounding.unit().max(error));
     let mut kept = Vec::new();
     let mut n_right = 0;
     for (step, pair) in states.windows(2).enumerate() {

@@ -84,7 +84,7 @@ fn judged<'a>(scene: Evidence<'a>, name: &'a str) -> JudgedScene<'a> {
 
 /// Whether a finding is a cause that replay has proven, or a term whose absence it has.
 pub fn is_proven(finding: &Finding) -> bool {
-    matches!(finding.kind, FindingKind::Cause | FindingKind::NotImplemented)
+    finding.kind == FindingKind::Cause || finding.kind.is_lack()
 }
 
 /// Whether a failure alone shows one of these causes, in words.

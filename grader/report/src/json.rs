@@ -205,7 +205,7 @@ struct JsonGroup {
 struct JsonFinding {
     /// "output", "cause" (a mistake, proven by replay), "possible-cause" (it explains most scenes, not all), "feature" (one to
     /// look at), "crash", "error" (the program reports one, and ends), "time-out", "memory", "other-root", "common" (no cause
-    /// found) or "not-implemented".
+    /// found), "no-effect" (as if a feature were not implemented) or "not-implemented" (the program says so).
     kind: &'static str,
     /// The finding as a sentence.
     message: String,

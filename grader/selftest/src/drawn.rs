@@ -321,8 +321,7 @@ impl<'a> Drawn<'a> {
         let false_findings = blaming.filter(|finding| is_false(&finding.features));
         let named = |mistake: &&Mistake, proven: bool| {
             list.iter().any(|finding| {
-                let is_proven =
-                    matches!(finding.kind, FindingKind::Cause | FindingKind::NotImplemented);
+                let is_proven = finding.kind == FindingKind::Cause || finding.kind.is_lack();
                 let names = |feature: &Feature| is_it(mistake.feature(), *feature);
                 finding.features.iter().any(names) && (is_proven || !proven)
             })

@@ -99,7 +99,7 @@ impl Named {
             FindingKind::Ends(Symptom::Error) => symptom == Symptom::Crash,
             FindingKind::Ends(found) => found == symptom,
             // A program that says what it lacks ends with an error.
-            FindingKind::NotImplemented => matches!(symptom, Symptom::Wrong | Symptom::Crash),
+            kind if kind.is_lack() => matches!(symptom, Symptom::Wrong | Symptom::Crash),
             _ => symptom == Symptom::Wrong,
         };
         is_ended && self.features.contains(&feature)

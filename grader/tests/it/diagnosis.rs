@@ -22,7 +22,7 @@ fn wrong(scene: &str, changed: Option<usize>) -> Vec<[u64; 2]> {
     if let Some(number) = changed {
         states[number].velocities[0] += 1e-6;
     }
-    let (found, _) = steps::examine(&case.scene, &states);
+    let (found, _) = steps::examine(&case.scene, &states, 0.0);
     assert_eq!(found.total + 1, states.len() as u64);
     found.ranges
 }

@@ -640,7 +640,7 @@ fn a_force_that_is_missing_in_some_scenes_alone_is_not_left_out() {
             _ => states(scene, &[]),
         }
     });
-    let is_said = |finding: &Finding| finding.kind == FindingKind::NotImplemented;
+    let is_said = |finding: &Finding| finding.kind == FindingKind::NoEffect;
     assert!(!found.is_empty() && !found.iter().any(is_said), "{found:#?}");
 }
 
@@ -774,7 +774,12 @@ fn a_mistake_beside_a_fault_of_the_output_is_named() {
         }
         states
     };
-    let faults: [(Written, &str); 4] = [
+    let copied = |mut states: Vec<State>| {
+        let all = states.iter_mut().flat_map(|state| state.velocities.chunks_mut(2));
+        all.for_each(|v| v[0] = v[1]);
+        states
+    };
+    let faults: [(Written, &str); 5] = [
         (
             exchanged,
             "the output: right numbers in the wrong order: x and y of velocities are exchanged",
@@ -785,6 +790,7 @@ fn a_mistake_beside_a_fault_of_the_output_is_named() {
         ),
         (negated, "the output: positions and velocities have the wrong sign"),
         (late, "the output: the velocities are those of the step before"),
+        (copied, "the output: vy is written in the place of vx"),
     ];
     for (written, fault) in faults {
         let list = findings(&[candidate(MISTAKE)], written);
@@ -1398,7 +1404,7 @@ fn a_parameter_cut_to_an_integer_is_not_a_force_left_out() {
     let changes = [candidate(cut), other];
     let found = findings_of(|scene| states(scene, &changes));
     assert!(found.iter().any(|finding| finding.words == [cut]), "{found:#?}");
-    let lacks = |finding: &Finding| finding.kind == FindingKind::NotImplemented;
+    let lacks = |finding: &Finding| finding.kind == FindingKind::NoEffect;
     assert!(!found.iter().any(lacks), "{found:#?}");
 }
 
@@ -1508,6 +1514,33 @@ fn disturbed(mut states: Vec<State>) -> Vec<State> {
         }
     }
     states
+}
+
+#[test]
+fn steps_that_are_right_to_few_digits_are_said_to_be() {
+    let imprecise = |scene: &Scene| {
+        let model = Model::new(scene, &[]);
+        let mut all = vec![model.start()];
+        let error = if scene.integrator.name == "linearized-implicit-euler" { 1e-6 } else { 0.0 };
+        for step in 0..scene.n_steps() {
+            let before = &all[all.len() - 1];
+            let made = model.step(&mut Memory::default(), step, None, before);
+            let Some(mut state) = made.map(|made| made.state) else { break };
+            for dof in 0..state.velocities.len() {
+                let change = state.velocities[dof] - before.velocities[dof];
+                let off = error * ((step as f64 + 0.3) * (dof as f64 + 0.7)).sin() * change;
+                state.velocities[dof] += off;
+                state.positions[dof] += scene.time_step * off;
+            }
+            all.push(state);
+        }
+        all
+    };
+    let found = findings_of(imprecise);
+    let [only] = &found[..] else { panic!("{found:#?}") };
+    assert_eq!(only.sentence(), "Look at integrator linearized-implicit-euler, where forces act");
+    let evidence = only.evidence();
+    assert!(evidence.contains("right but for an error of 1e-6 of its change"), "{evidence}");
 }
 
 #[test]

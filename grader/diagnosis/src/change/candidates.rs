@@ -40,7 +40,7 @@ pub fn of_term(term: Term) -> &'static [Change] {
 pub fn omission(term: Term) -> Change {
     Change {
         place: Place::Force(term),
-        words: format!("{term} is left out"),
+        words: format!("{term} has no effect"),
         effect: Effect::Factor(term, &Quantity::ALL, Factor::number(0.0)),
         rank: 0,
     }

@@ -28,6 +28,12 @@ use crate::steps::{self, Evidence, Rounding, WrongSteps};
 /// Error of a linear solver relative to the change of the velocities, where a change makes the system worse.
 const SOLVER: f64 = 1e-10;
 
+/// An error of a step, relative to its change, that is small enough to be called one of precision.
+const SMALL: f64 = 1e-4;
+
+/// Where what is wrong is smaller than this many times that error, the error is taken to be as many times smaller than what is wrong.
+const APART: f64 = 100.0;
+
 /// Relative error of a step in single precision: larger ones have another reason.
 const NEAR: f64 = 1e-4;
 
@@ -44,6 +50,8 @@ pub(super) struct SceneEvidence<'a> {
     pub(super) kind: Option<Kind>,
     pub(super) steps: WrongSteps,
     pub(super) evidence: Vec<Evidence>,
+    /// The largest error of the velocities after a wrong step, relative to their change in it; infinite if none is wrong.
+    pub(super) relative_error: f64,
     /// Relative error of the numbers of the trace.
     pub(super) rounding: f64,
     /// The numbers that judge it.
@@ -63,6 +71,16 @@ impl<'a> Deref for Samples<'a> {
     fn deref(&self) -> &[&'a Evidence] {
         &self.steps
     }
+}
+
+/// The largest error of the velocities after a wrong step, relative to their change in it; infinite if none is wrong.
+fn relative_error(evidence: &[Evidence]) -> f64 {
+    let wrong = evidence.iter().filter(|evidence| evidence.is_wrong());
+    let error = |Evidence { sample, defect, .. }: &Evidence| {
+        let [_, change] = distances(&sample.before, &sample.after);
+        defect[1] / change
+    };
+    wrong.map(error).reduce(f64::max).unwrap_or(f64::INFINITY)
 }
 
 /// Number of particles up to which they are listed.
@@ -90,6 +108,7 @@ impl<'a> SceneEvidence<'a> {
             kind: Kind::of(judged),
             steps: WrongSteps::default(),
             evidence: Vec::new(),
+            relative_error: f64::INFINITY,
             rounding: 0.0,
             limits,
             work: Work::default(),
@@ -104,15 +123,17 @@ impl<'a> SceneEvidence<'a> {
                 scene.kind = Some(Kind::Wrong);
             }
             scene.rounding = Rounding::of(states).unit();
-            (scene.steps, scene.evidence) = steps::examine(inner, states);
+            (scene.steps, scene.evidence) = steps::examine(inner, states, 0.0);
+            scene.relative_error = relative_error(&scene.evidence);
         }
         scene
     }
 
-    /// A scene whose steps are examined already; a wrong one unless it passed.
+    /// A scene whose steps are examined already, with numbers of at least this relative error; a wrong one unless it passed.
     pub(super) fn of_steps(
         judged: &'a JudgedScene<'a>,
         (steps, evidence): (WrongSteps, Vec<Evidence>),
+        rounding: f64,
         limits: &'a Thresholds,
     ) -> Self {
         let passed = judged.outcome == Outcome::Passed;
@@ -122,8 +143,9 @@ impl<'a> SceneEvidence<'a> {
             passed,
             kind: (!passed).then_some(Kind::Wrong),
             steps,
+            relative_error: relative_error(&evidence),
             evidence,
-            rounding: Rounding::of(judged.states).unit(),
+            rounding: Rounding::of(judged.states).unit().max(rounding),
             limits,
             work: Work::default(),
         }
@@ -145,6 +167,16 @@ impl<'a> SceneEvidence<'a> {
             let sizes = [&sample.after.positions, &sample.after.velocities].map(|all| largest(all));
             (0..2).all(|kind| defect[kind] <= NEAR * sizes[kind])
         })
+    }
+
+    /// Whether its steps are right to a few digits, and wrong.
+    pub(super) fn is_nearly_right(&self) -> bool {
+        self.relative_error < SMALL
+    }
+
+    /// The error of a linear solver that a change is allowed, relative to the change of the velocities.
+    fn solver(&self) -> f64 {
+        SOLVER.min(self.relative_error / APART)
     }
 
     /// Whether its first step is not finite.
@@ -205,7 +237,7 @@ impl<'a> SceneEvidence<'a> {
         };
         let [x, v] = distances(&made.state, &sample.after);
         let [_, change] = distances(&sample.before, &sample.after);
-        let solver = if change.is_finite() { SOLVER * change } else { 0.0 };
+        let solver = if change.is_finite() { self.solver() * change } else { 0.0 };
         if x <= self.limits.left * noise[0] + self.scene.time_step * solver
             && (self.judged.has_positions_alone || v <= self.limits.left * noise[1] + solver)
         {
@@ -220,7 +252,7 @@ impl<'a> SceneEvidence<'a> {
         let [_, change] = distances(&sample.before, &sample.after);
         let pairs = velocities.iter().zip(&sample.after.velocities);
         let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        off <= self.limits.left * noise + SOLVER * change
+        off <= self.limits.left * noise + self.solver() * change
     }
 
     /// Whether `model` makes all sampled steps, or those of the first `most`.
@@ -293,7 +325,7 @@ impl<'a> SceneEvidence<'a> {
                 return None;
             }
             let Bound { tolerance, .. } = Bound::of(replay.spread[kind] + calibrated[kind], size);
-            tolerances[kind] = tolerance + (SOLVER + self.rounding) * size;
+            tolerances[kind] = tolerance + (self.solver() + self.rounding) * size;
         }
         Some(tolerances)
     }

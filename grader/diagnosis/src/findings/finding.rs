@@ -44,7 +44,9 @@ pub enum FindingKind {
     OtherRoot,
     /// A common property of scenes that are wrong for no known reason. It may be right.
     Common,
-    /// A feature that is not there.
+    /// A feature without an effect, by replay: the traces are those of a program that lacks it.
+    NoEffect,
+    /// A feature that the program says it lacks.
     NotImplemented,
 }
 
@@ -59,8 +61,26 @@ impl FindingKind {
             Self::Ends(symptom) => symptom.name(),
             Self::OtherRoot => "other-root",
             Self::Common => "common",
+            Self::NoEffect => "no-effect",
             Self::NotImplemented => "not-implemented",
         }
+    }
+
+    /// What stands before its words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Possible => "Perhaps",
+            Self::Feature => "Look at",
+            Self::Common => "No cause found;",
+            Self::NoEffect => "As if not implemented:",
+            Self::NotImplemented => "Not implemented:",
+            Self::Output | Self::Cause | Self::Ends(_) | Self::OtherRoot => "",
+        }
+    }
+
+    /// Whether it is a feature that is not there, as far as traces tell.
+    pub fn is_lack(self) -> bool {
+        matches!(self, Self::NoEffect | Self::NotImplemented)
     }
 }
 
@@ -94,24 +114,21 @@ impl Finding {
         let mut all = self.words.clone();
         all.dedup();
         let all = all.join(", or ");
-        match self.kind {
-            FindingKind::Feature => format!("Look at {all}"),
-            FindingKind::NotImplemented => format!("Not implemented: {all}"),
-            FindingKind::Ends(symptom) => format!("{symptom}: {all}"),
-            FindingKind::Possible => format!("Perhaps {all}"),
-            FindingKind::Common => format!("No cause found; {all}"),
-            FindingKind::Output | FindingKind::Cause | FindingKind::OtherRoot => all,
+        match (self.kind, self.kind.title()) {
+            (FindingKind::Ends(symptom), _) => format!("{symptom}: {all}"),
+            (_, "") => all,
+            (_, title) => format!("{title} {all}"),
         }
     }
 
     /// The order in which features that are not there should be made: that of the registries.
     pub(super) fn in_order_of_work(&self) -> usize {
         let forces = force::REGISTRY.len();
-        match (self.kind, self.features.first()) {
-            (FindingKind::NotImplemented, Some(Feature::Force(part))) => {
+        match self.features.first().filter(|_| self.kind.is_lack()) {
+            Some(Feature::Force(part)) => {
                 force::REGISTRY.iter().position(|kind| kind.schema.tag == part.tag()).unwrap_or(0)
             }
-            (FindingKind::NotImplemented, Some(Feature::Integrator(name))) => {
+            Some(Feature::Integrator(name)) => {
                 let place = integrator::REGISTRY.iter().position(|kind| kind.schema.name == *name);
                 forces + place.unwrap_or(0)
             }
@@ -180,6 +197,7 @@ impl Finding {
             FindingKind::Output
             | FindingKind::Ends(_)
             | FindingKind::Common
+            | FindingKind::NoEffect
             | FindingKind::NotImplemented => scenes(count),
         };
         match &self.example {

@@ -21,6 +21,9 @@ const FEW_DIGITS: usize = 14;
 /// Numbers within this relative distance are equal up to the order of operations.
 pub(super) const SAME: f64 = 1e-9;
 
+/// The attributes of a particle: position, then velocity.
+pub(super) const NAMES: [&str; 4] = ["px", "py", "vx", "vy"];
+
 /// Relative error of single precision, accumulated over some steps.
 const NEARLY: f64 = 1e-4;
 
@@ -74,8 +77,8 @@ pub(super) enum Kind {
     Times,
     /// The times are wrong, the states follow one another: how, in words.
     TimeColumn(String),
-    /// A number of each particle stands in the place of another one: which, in words.
-    Column(String),
+    /// A number of each particle has another one in its place: both by their places in [`NAMES`].
+    Column([usize; 2]),
     Late,
     VelocitiesLate,
     /// `m v` in the place of each velocity.
@@ -131,7 +134,10 @@ impl fmt::Display for Kind {
             Self::Zeros => "every number is 0",
             Self::TimeStep(step) => return write!(f, "dt is always taken as {step}"),
             Self::TimeSteps(how) | Self::LastState(how) => how,
-            Self::Column(how) | Self::TimeColumn(how) => how.as_str(),
+            Self::TimeColumn(how) => how.as_str(),
+            Self::Column([of, from]) => {
+                return write!(f, "{} is written in the place of {}", NAMES[*from], NAMES[*of]);
+            }
             Self::Times => "the times are not multiples of dt",
             Self::Late => "each state is written one step late",
             Self::VelocitiesLate => "the velocities are those of the step before",

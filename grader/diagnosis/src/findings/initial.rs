@@ -12,12 +12,9 @@ use scene::trace::State;
 
 use super::FEW;
 use super::evidence::SceneEvidence;
-use super::form::{Kind, same};
+use super::form::{Kind, NAMES, same};
 use super::judged::Outcome;
 use super::restore::is_start;
-
-/// The attributes of a particle: position, then velocity.
-pub(super) const NAMES: [&str; 4] = ["px", "py", "vx", "vy"];
 
 /// A wrong reading of an attribute of every particle, by its place in [`NAMES`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

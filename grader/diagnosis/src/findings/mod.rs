@@ -142,8 +142,10 @@ impl Findings {
             restore::all(&scenes).into_iter().unzip();
         let rejudged = restored.iter().map(|one| one.judged(&judged[one.number]));
         let rejudged: Vec<JudgedScene<'_>> = rejudged.collect();
-        let shown = rejudged.iter().zip(examined);
-        let shown = shown.map(|(judged, steps)| SceneEvidence::of_steps(judged, steps, limits));
+        let shown = rejudged.iter().zip(examined).zip(&restored);
+        let shown = shown.map(|((judged, steps), one)| {
+            SceneEvidence::of_steps(judged, steps, one.rounding, limits)
+        });
         let shown: Vec<SceneEvidence<'_>> = shown.collect();
         for (one, shown) in restored.iter().zip(&shown) {
             scenes[one.number] = Marked::new(shown);
@@ -198,7 +200,7 @@ impl Findings {
                 _ if is_lack(cause, &causes) => {
                     match acts_elsewhere(cause.change(), &cause.scenes, &scenes) {
                         true => FindingKind::Feature,
-                        false => FindingKind::NotImplemented,
+                        false => FindingKind::NoEffect,
                     }
                 }
                 [] => FindingKind::Cause,
@@ -330,13 +332,29 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
                         kept from the step before, or does not show in the first state";
             let late = (is_late && !concerned.is_empty()).then(|| late.to_owned());
             let part = || concerned.first().and_then(|scene| scene.wrong_part());
-            misplaced.or(late).or_else(part)
+            misplaced.or_else(|| nearly_right(&concerned)).or(late).or_else(part)
         }
         _ => {
             let is_of_fixed = finding.features.iter().any(|one| matches!(one, Feature::Fixed(_)));
             each.filter(|_| is_of_fixed).find_map(|scene| scene.misplaced())
         }
     }
+}
+
+/// Says that the steps of all of these scenes are right to few digits.
+fn nearly_right(scenes: &[&Marked<'_>]) -> Option<String> {
+    let error = scenes.iter().map(|scene| scene.relative_error).reduce(f64::max)?;
+    let reasons = if scenes.iter().all(|scene| scene.is_newton()) {
+        "where Newton's method ends early, or slowly, as its matrix is not that of its equation"
+    } else if scenes.iter().all(|scene| is_linearized(scene)) {
+        "with single precision, a linear solver that ends early, or differences in the place of derivatives"
+    } else {
+        "with single precision"
+    };
+    let are_all = scenes.len() >= FEW && scenes.iter().all(|scene| scene.is_nearly_right());
+    are_all.then(|| {
+        format!("each step is right but for an error of {error:.0e} of its change, as {reasons}")
+    })
 }
 
 /// Merges the same rule of several methods, which a program has in one place: `a, b: the rule`.
@@ -375,7 +393,7 @@ fn drop_lacking(list: &mut Vec<Finding>) {
         Feature::Force(part) | Feature::Jacobian(part) => Some(part.tag()),
         _ => None,
     };
-    let lacks = list.iter().filter(|finding| finding.kind == FindingKind::NotImplemented);
+    let lacks = list.iter().filter(|finding| finding.kind.is_lack());
     let lacking: Vec<&str> = lacks.flat_map(|finding| &finding.features).filter_map(tag).collect();
     let is_lacking = |feature: &Feature| tag(feature).is_some_and(|tag| lacking.contains(&tag));
     let kept = |finding: &Finding| {
@@ -934,7 +952,7 @@ fn progress(judged: &[JudgedScene<'_>], found: &[Found], list: &[Finding]) -> Op
     };
     let lacking: Vec<&JudgedScene<'_>> =
         judged.iter().zip(found).filter(is_lacking).map(|(scene, _)| scene).collect();
-    if lacking.is_empty() || !list.iter().any(|f| f.kind == FindingKind::NotImplemented) {
+    if lacking.is_empty() || !list.iter().any(|f| f.kind.is_lack()) {
         return None;
     }
     let passed = || judged.iter().filter(|scene| scene.outcome == Outcome::Passed);

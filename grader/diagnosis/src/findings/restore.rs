@@ -7,6 +7,7 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 use scene::Scene;
+use scene::schema::StepEquation;
 use scene::trace::State;
 
 use super::evidence::Marked;
@@ -38,6 +39,8 @@ enum Undo {
     VelocitiesLate,
     /// Each velocity is multiplied by the mass.
     Momenta,
+    /// Velocities along this axis are not written: differences of positions give them.
+    Unwritten(usize),
     /// The time step is another one, by this rule of [`TIME_STEPS`].
     TimeStep(usize),
     /// It is this one.
@@ -168,6 +171,7 @@ impl Undo {
             Kind::CountsFromOne | Kind::TimeColumn(_) => vec![Self::Renumbered],
             Kind::VelocitiesLate => vec![Self::VelocitiesLate],
             Kind::Momenta => vec![Self::Momenta],
+            Kind::Column([of, _]) => of.checked_sub(2).map(Self::Unwritten).into_iter().collect(),
             Kind::InitialVelocity
             | Kind::FixedStopped
             | Kind::InitialState
@@ -204,6 +208,32 @@ impl Undo {
                     each.for_each(|(v, one)| v.iter_mut().for_each(|v| *v /= one.mass));
                 }
             }
+            Self::Unwritten(axis) => {
+                use StepEquation::{
+                    ExplicitEuler, ImplicitEuler, LinearizedImplicitEuler, SymplecticEuler,
+                };
+                let is_old = match scene.integrator.equation {
+                    ExplicitEuler => true,
+                    SymplecticEuler | LinearizedImplicitEuler | ImplicitEuler => false,
+                    _ => return None,
+                };
+                let initial = scene.velocities();
+                let mut differences: Vec<Vec<f64>> = states
+                    .windows(2)
+                    .map(|pair| {
+                        let both = pair[0].positions.iter().zip(&pair[1].positions);
+                        both.map(|(before, after)| (after - before) / scene.time_step).collect()
+                    })
+                    .collect();
+                match is_old {
+                    true => drop(states.pop()),
+                    false => differences.insert(0, initial),
+                }
+                for (state, from) in states.iter_mut().zip(differences) {
+                    let along = state.velocities.iter_mut().zip(from).skip(axis).step_by(axes);
+                    along.for_each(|(velocity, difference)| *velocity = difference);
+                }
+            }
             Self::TimeStep(rule) => scene.time_step = TIME_STEPS[rule].1(&scene),
             Self::ConstantStep(step) => scene.time_step = step,
             Self::Renumbered => {}
@@ -238,6 +268,18 @@ impl Undo {
         Some((scene, states))
     }
 
+    /// The relative error of the velocities that it computes from positions.
+    fn rounding(self, scene: &Scene, states: &[State]) -> f64 {
+        if !matches!(self, Self::Unwritten(_)) {
+            return 0.0;
+        }
+        let size = |of: fn(&State) -> &Vec<f64>| {
+            states.iter().map(|state| largest(of(state))).fold(0.0, f64::max)
+        };
+        let [x, v] = [size(|state| &state.positions), size(|state| &state.velocities)];
+        2.0 * f64::EPSILON * (1.0 + x / (scene.time_step * v).max(f64::MIN_POSITIVE))
+    }
+
     /// Whether the first state is that of the scene then; true where there is no step.
     fn starts_right(self, judged: &JudgedScene<'_>) -> bool {
         let first_two = &judged.states[..judged.states.len().min(2)];
@@ -266,6 +308,8 @@ pub(super) struct Restored {
     pub(super) feature: Feature,
     /// The order of its numbers, in words, where it is another one and no second order explains as much.
     pub(super) layout: Option<String>,
+    /// Relative error of its velocities, where they are computed from positions.
+    pub(super) rounding: f64,
     scene: Scene,
     states: Vec<State>,
     envelope: Vec<[f64; 2]>,
@@ -359,7 +403,8 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
                 matches!(undo, Undo::TimeStep(_) | Undo::ConstantStep(_)) && !is_of_kind(scene);
             let undone = undo.undone(judged.scene, judged.states);
             let (scene, states) = undone.filter(|(_, states)| is_faulty && states.len() > 1)?;
-            let (steps, evidence) = steps::examine(&scene, &states);
+            let rounding = undo.rounding(&scene, &states);
+            let (steps, evidence) = steps::examine(&scene, &states, rounding);
             let is_right = steps.total > 0
                 && is_start(&scene, &states[0])
                 && evidence.iter().all(|one| !one.is_wrong() || is_near(one));
@@ -369,8 +414,17 @@ pub(super) fn all(scenes: &[Marked<'_>]) -> Vec<(Restored, Examined)> {
             let envelope = judged.envelope.iter().skip(usize::from(undo == Undo::Late));
             let envelope = envelope.copied().collect();
             let layout = undo.layout();
-            let restored =
-                Restored { number, feature, layout, scene, states, envelope, passed, is_right };
+            let restored = Restored {
+                number,
+                feature,
+                layout,
+                rounding,
+                scene,
+                states,
+                envelope,
+                passed,
+                is_right,
+            };
             Some((restored, (steps, evidence)))
         };
         scenes.par_iter().enumerate().filter_map(of).collect()

@@ -19,8 +19,7 @@ use simulator::solver::linear::LinearSolver;
 
 use super::FEW;
 use super::evidence::{Marked, SceneEvidence};
-use super::form::{Kind, same, time_column};
-use super::initial::NAMES;
+use super::form::{Kind, NAMES, same, time_column};
 use super::judged::{JudgedScene, Outcome};
 use super::restore::is_start;
 use crate::steps;
@@ -52,7 +51,7 @@ fn settle_columns(scenes: &mut [SceneEvidence<'_>]) {
                 let all = if place < 2 { &row.positions } else { &row.velocities };
                 all.iter().skip(place % 2).step_by(2)
             };
-            numbers(of).eq(numbers(from))
+            numbers(of).map(|value| value.to_bits()).eq(numbers(from).map(|value| value.to_bits()))
         };
         of != from && rows().all(is_so)
     };
@@ -71,14 +70,13 @@ fn settle_columns(scenes: &mut [SceneEvidence<'_>]) {
     let wrong: Vec<usize> = scenes.iter().filter_map(|scene| first(&scene)).collect();
     let mut copied = pairs.filter(|pair| wrong.contains(&pair[0]) && is_copied(*pair));
     let (Some([of, from]), None) = (copied.next(), copied.next()) else { return };
-    let words = format!("{} is written in the place of {}", NAMES[from], NAMES[of]);
     for scene in scenes.iter_mut().filter(|scene| is_plane(&&**scene)) {
         if scene
             .kind
             .as_ref()
             .is_some_and(|kind| kind.shows_start() || *kind == Kind::InitialWritten)
         {
-            scene.kind = Some(Kind::Column(words.clone()));
+            scene.kind = Some(Kind::Column([of, from]));
         }
     }
 }
@@ -173,7 +171,7 @@ fn settle_first_rows(scenes: &mut [SceneEvidence<'_>]) {
         }
         let (positions, velocities) = (inner.positions(), inner.velocities());
         let start = State { time: None, positions, velocities };
-        let (steps, _) = steps::examine(inner, &[start, states[0].clone()]);
+        let (steps, _) = steps::examine(inner, &[start, states[0].clone()], 0.0);
         n_moving += 1;
         n_initial += usize::from(is_start(inner, &states[0]));
         n_next += usize::from(steps.total > steps.wrong);

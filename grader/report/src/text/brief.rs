@@ -137,7 +137,7 @@ fn write_findings(out: &mut dyn Write, grading: &Grading) -> io::Result<()> {
     }
     writeln!(out, "\n{BOLD}Findings{BOLD:#}")?;
     let (lacks, wrong): (Vec<&Finding>, Vec<&Finding>) =
-        list.iter().partition(|finding| finding.kind == FindingKind::NotImplemented);
+        list.iter().partition(|finding| finding.kind.is_lack());
     for (number, finding) in wrong.iter().enumerate() {
         super::write_finding(out, finding)?;
         if number < EXAMPLES
@@ -260,7 +260,7 @@ pub(super) fn write_next(
     }
     let NextCommands { arguments, page } = next;
     let mut failed: Vec<&SceneResult> = Vec::new();
-    let is_there = |finding: &&Finding| finding.kind != FindingKind::NotImplemented;
+    let is_there = |finding: &&Finding| !finding.kind.is_lack();
     let findings = grading.findings.list.iter().filter(is_there);
     failed.extend(findings.filter_map(|finding| example(grading, finding)));
     let unexplained = remarks::unexplained(grading);

@@ -21,7 +21,7 @@ use super::{jacobians, probe};
 use crate::remarks::{self, counted};
 use crate::table::{self, BAD, BOLD, Cell, DIM, GOOD, ODD, header};
 use crate::wrap::wrap;
-use diagnosis::findings::{Finding, FindingKind, Findings, TaskFinding, TaskVerdict};
+use diagnosis::findings::{Finding, Findings, TaskFinding, TaskVerdict};
 use grader::grading::points;
 use grader::grading::{
     Adjustment, AssignmentName, Credit, FeatureResult, Grading, GradingOutcome, Hidden,
@@ -310,7 +310,7 @@ fn write_tasks(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
 fn write_list(out: &mut dyn Write, findings: &Findings) -> io::Result<()> {
     writeln!(out, "{BOLD}Findings{BOLD:#}")?;
     let (lacks, wrong): (Vec<&Finding>, Vec<&Finding>) =
-        findings.list.iter().partition(|finding| finding.kind == FindingKind::NotImplemented);
+        findings.list.iter().partition(|finding| finding.kind.is_lack());
     wrong.iter().try_for_each(|finding| write_finding(out, finding))?;
     for note in Finding::notes(findings.list.iter()) {
         writeln!(out, "    {DIM}{note}{DIM:#}")?;
@@ -328,11 +328,11 @@ fn write_finding(out: &mut dyn Write, finding: &Finding) -> io::Result<()> {
 }
 
 fn write_lacks(out: &mut dyn Write, lacks: &[&Finding]) -> io::Result<()> {
-    if lacks.is_empty() {
-        return Ok(());
-    }
-    let all: Vec<String> = lacks.iter().map(|finding| finding.words.join(" or ")).collect();
-    writeln!(out, "  {ODD}Not implemented:{ODD:#} {}", all.join("; "))
+    lacks.chunk_by(|a, b| a.kind == b.kind).try_for_each(|group| {
+        let all: Vec<String> = group.iter().map(|finding| finding.words.join(" or ")).collect();
+        let title = group[0].kind.title();
+        writeln!(out, "  {ODD}{title}{ODD:#} {}", all.join("; "))
+    })
 }
 
 /// Writes what is wrong, and the totals: what a platform shows above its own table of features.

@@ -60,8 +60,8 @@ pub(super) fn survivors(
         found.extend(fit::between(scene, made, &samples));
         found.extend(numbered_in_terms(&model, &samples));
     }
-    if found.is_empty() {
-        found = in_jacobians_of_newton(scene, made);
+    if found.is_empty() || scene.is_nearly_right() {
+        found.extend(in_jacobians_of_newton(scene, made));
     }
     found.retain(|change| !is_accidental(change, inner.time_step, scene.limits));
     found.sort_by_key(|change| change.rank);

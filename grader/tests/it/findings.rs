@@ -163,7 +163,7 @@ const CHANGES: &[&str] = &[
     "dragdamping reads the velocities at the start of the step under implicit methods",
     "dragdamping has each component of v_i multiplied by its size",
     "simplegravity has its y component with the wrong sign",
-    "gravitationalforce reads a mass at the number of its particle, in a list with one for each coordinate",
+    "gravitationalforce reads a mass at the number of its particle, as from a list with one for each coordinate",
     "gravitationalforce lacks the factors m_i and m_j",
     "gravitationalforce has l² in the place of l, in its Jacobians as well",
     "dF/dx of gravitationalforce has its block j i added to the block i j",
@@ -202,7 +202,7 @@ const CHANGES: &[&str] = &[
     "in all forces, each Jacobian has its block j j added to the block i i",
     "linearized-implicit-euler: the sum of the Jacobians in the matrix fills each row with its diagonal entry",
     "dF/dv of dragdamping is assigned to the diagonal of the matrix, over all that stands before it",
-    "simplegravity reads the masses of x and y at the numbers i and i + 1, in a list with one for each coordinate",
+    "simplegravity reads the masses of x and y at the numbers i and i + 1, as from a list with one for each coordinate",
     "simplegravity is added to components i and i + 1 for particle i",
     "simplegravity takes −|fy| for fy",
     "springforce's elastic force has both components on the second of two particles added along x",
@@ -358,6 +358,15 @@ const CHANGES: &[&str] = &[
     "in all forces, the roots in lengths are those of single precision",
     "implicit-euler: Newton's method has the Jacobians of its first iteration in all others of a step",
     "steps of implicit-euler clear the forces on fixed particles, and neither their rows and columns nor their right-hand sides",
+    "springforce's elastic force has l² − l0 in the place of l − l0",
+    "springforce's damping has v_i + v_j in the place of w along y",
+    "linearized-implicit-euler: the elimination changes only the 3 entries of a row after the pivot",
+    "linearized-implicit-euler: the solution of the linear system is divided by the mass",
+    "implicit methods add 1e3 masses to the diagonal entries of fixed particles, and do not clear their rows, columns and right-hand sides",
+    "symplectic-euler: the force on the last particle is not divided by its mass",
+    "implicit methods clear rows, columns and right-hand sides of free particles, not of fixed ones",
+    "dF/dx of springforce is assigned to the blocks of each particle by itself, not added, over those of its own elements before it",
+    "springforce overwrites the forces on its first particle of its own elements before it and of forces before it in the hand-out",
 ];
 
 /// Plants so many of the changes, one at a time.
@@ -1001,7 +1010,7 @@ fn a_wrong_force_beside_sums_that_are_not_cleared_is_named() {
 const PAIRS: &[[&str; 2]] = &[
     [
         "symplectic-euler: each step adds to the forces of the steps before, not set to zero in between",
-        "symplectic-euler: the mass of a coordinate is read at the number of its particle, in a list with one for each coordinate",
+        "symplectic-euler: the mass of a coordinate is read at the number of its particle, as from a list with one for each coordinate",
     ],
     [
         "dF/dx of springforce's elastic force has l0 in the place of l − l0",
@@ -1022,6 +1031,10 @@ const PAIRS: &[[&str; 2]] = &[
     [
         "dF/dx of springforce's damping has the wrong sign",
         "linearized-implicit-euler: each step adds to the forces of the steps before, not set to zero in between",
+    ],
+    [
+        "dF/dx of springforce's damping has the wrong sign",
+        "linearized-implicit-euler: dF/dv has a factor h too many in the matrix",
     ],
 ];
 
@@ -1514,6 +1527,46 @@ fn disturbed(mut states: Vec<State>) -> Vec<State> {
         }
     }
     states
+}
+
+/// Both methods are the same where no force is between particles.
+#[test]
+fn newtons_method_is_not_called_linearized_where_it_needs_one_step() {
+    let words = "the forces are not multiplied by h";
+    let changes = ["linearized-implicit-euler", "implicit-euler"]
+        .map(|name| candidate(&format!("{name}: {words}")));
+    let found = findings_of(|scene| {
+        let is_pair = |element: &ForceElement| element.pair().is_some();
+        let diverges =
+            scene.integrator.name == "implicit-euler" && scene.forces.iter().any(is_pair);
+        if diverges { Vec::new() } else { states(scene, &changes) }
+    });
+    let is_said = |finding: &Finding| finding.to_string().contains("are those of");
+    assert!(!found.iter().any(is_said), "{found:#?}");
+    let is_named = |finding: &Finding| finding.sentence().contains(words);
+    assert!(found.iter().any(is_named), "{found:#?}");
+}
+
+/// Where b is 0, the product with it is missing as well.
+#[test]
+fn a_jacobian_that_is_missing_is_not_called_multiplied_by_a_parameter_that_is_0() {
+    let of = |part: &str| {
+        candidate(&format!(
+            "springforce's {part} reads the positions at the start of the step under implicit methods"
+        ))
+    };
+    let missing = candidate("dF/dx of springforce's elastic force is missing");
+    let found = findings(&[missing, of("elastic force"), of("damping")], |states| states);
+    let is_said = |finding: &Finding| finding.sentence().contains("multiplied by b");
+    assert!(!found.iter().any(is_said), "{found:#?}");
+}
+
+#[test]
+fn masses_that_are_0_along_an_axis_are_named() {
+    let words = "masses along y are 0, in forces as well";
+    let found = findings(&[candidate(words)], |states| states);
+    let is_it = |finding: &Finding| finding.kind == FindingKind::Cause && finding.words == [words];
+    assert!(found.iter().any(is_it), "{found:#?}");
 }
 
 #[test]

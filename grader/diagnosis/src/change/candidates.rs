@@ -21,9 +21,9 @@ use super::model::{HELD, MANY_ITERATIONS, NEWTON, forms_of};
 use super::rounds::is_of_rounds;
 use super::{
     Accumulated, Axes, Beyond, Blocks, Carried, Change, Cleared, Coordinates, Each, Effect, Ends,
-    Entries, Factor, FixedRule, Guess, Hold, Index, Kept, Linearized, MassAt, MassList, Newton,
-    Norm, Numbers, Order, Particles, Pick, Place, Quantity, Rule, SceneRule, SeenAt, Softening,
-    Stale, Start, StillFixed, Term, Unknowns, Which,
+    Entries, Factor, FixedRule, Guess, Hold, Index, Kept, Large, Linearized, MassAt, MassList,
+    Newton, Norm, Numbers, Order, Particles, Pick, Place, Quantity, Rule, SceneRule, SeenAt,
+    Softening, Stale, Start, StillFixed, Term, Unknowns, Which,
 };
 use reference::method::{Method, OnePoint};
 
@@ -709,12 +709,12 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
         for (masses, words) in [
             (
                 MassAt::Particle,
-                "reads a mass at the number of its particle, in a list with one for each coordinate",
+                "reads a mass at the number of its particle, as from a list with one for each coordinate",
             ),
             (MassAt::First, "has the first mass for every particle"),
             (
                 MassAt::Coordinate,
-                "reads the masses of x and y at the numbers i and i + 1, in a list with one for each coordinate",
+                "reads the masses of x and y at the numbers i and i + 1, as from a list with one for each coordinate",
             ),
         ] {
             add(force, words, Effect::Masses(term, FORCE, masses), 2);
@@ -1012,7 +1012,7 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
         }
     }
     let inertia = |matrix, right, sign| Rule::Inertia { matrix, right, sign };
-    let words = "the mass of a coordinate is read at the number of its particle, in a list with one for each coordinate";
+    let words = "the mass of a coordinate is read at the number of its particle, as from a list with one for each coordinate";
     add(Rule::MassAt(MassAt::Particle), 2, words);
     add(Rule::MassAt(MassAt::First), 2, "every coordinate has the first mass");
     let words = "masses are read as if all x came before all y, forces and velocities are not";
@@ -1020,6 +1020,12 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
     for (axis, name) in XY.iter().enumerate() {
         let words = format!("every coordinate along {name} has the first mass");
         add(Rule::MassAt(MassAt::FirstAlong(axis)), 2, &words);
+    }
+    if matches!(method, OnePoint::Explicit | OnePoint::Symplectic) {
+        for (last, which) in [(false, "first"), (true, "last")] {
+            let words = format!("the force on the {which} particle is not divided by its mass");
+            add(Rule::MassAt(MassAt::OneOf { last }), 2, &words);
+        }
     }
     add(Rule::Lost, 1, "positions move with the new velocity, which is lost after the step");
     for (from, to) in [(0, 1), (1, 0)] {
@@ -1106,6 +1112,10 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
             let words =
                 "the solution of the linear system is taken for the new velocity of free particles";
             add(Rule::Whole { of_free: true }, 1, words);
+            for (power, words) in [(-1, "divided"), (1, "multiplied")] {
+                let words = format!("the solution of the linear system is {words} by the mass");
+                add(Rule::Scaled(power), 2, &words);
+            }
             let words = "forces and Jacobians are evaluated at 2 x + h v, not x + h v";
             add(Rule::SeenAt(SeenAt::Twice), 2, words);
             for (quantity, words) in [
@@ -1787,6 +1797,27 @@ fn of_fixed_by_family(scene: &Scene) -> Vec<Change> {
         );
         add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
     }
+    let exchanged = Hold { exchanged: true, ..HELD };
+    let words = "implicit methods clear rows, columns and right-hand sides of free particles, not of fixed ones";
+    add(Some(true), rule(FixedRule::Hold(exchanged)), 1, words);
+    for exponent in 3..=12 {
+        for (large, what) in [
+            (Large::Added(exponent), format!("add 1e{exponent} to")),
+            (Large::Masses(exponent), format!("add 1e{exponent} masses to")),
+            (Large::Factor(exponent), format!("multiply by 1e{exponent}")),
+        ] {
+            for (right, end) in
+                [(true, "rows and columns"), (false, "rows, columns and right-hand sides")]
+            {
+                let large = Some(large);
+                let hold = Hold { rows: false, columns: false, right, large, ..HELD };
+                let words = format!(
+                    "implicit methods {what} the diagonal entries of fixed particles, and do not clear their {end}"
+                );
+                add(Some(true), rule(FixedRule::Hold(hold)), 2, &words);
+            }
+        }
+    }
     for (late, what) in [
         ([true, false], "h² dF/dx"),
         ([false, true], "h dF/dv"),
@@ -2040,6 +2071,7 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
     let along = axes.flat_map(|(axis, name)| {
         [
             (MassList::OneAlong(axis), "taken as 1"),
+            (MassList::ZeroAlong(axis), "0"),
             (MassList::FirstAlong(axis), "those of the first particle"),
         ]
         .map(|(list, what)| (list, format!("masses along {name} are {what}")))
@@ -2272,14 +2304,17 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
             let orders = [
                 (Order::File, "the elements before it"),
                 (Order::First, "its own elements before it"),
+                (
+                    Order::Registry,
+                    "its own elements before it and of forces before it in the hand-out",
+                ),
                 (Order::AfterFields, "its own elements before it and of all fields"),
                 (Order::Last, "its own elements before it and of all other forces"),
             ];
-            let orders = orders
-                .into_iter()
-                .filter(|(order, _)| *order == Order::File || order.is_new(scene, tag));
-            let orders: Vec<(Order, &str)> = orders.collect();
-            let each = ends.iter().flat_map(|ends| orders.iter().map(move |order| (ends, order)));
+            let is_new = |order: Order| order == Order::File || order.is_new(scene, tag);
+            let new: Vec<(Order, &str)> =
+                orders.into_iter().filter(|(order, _)| is_new(*order)).collect();
+            let each = ends.iter().flat_map(|ends| new.iter().map(move |order| (ends, order)));
             for ((ends, on), (order, before)) in each {
                 let words = format!("{tag} overwrites the forces{on} of {before}");
                 add(whole, SceneRule::Overwrites(tag, *ends, None, *order), 2, words.clone());
@@ -2295,15 +2330,31 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                 let whole = name(Term { part: "", ..*first }, quantity);
                 let words = format!("{whole} is assigned to its blocks, not added");
                 add(Place::Jacobian(*first), SceneRule::Assigned(tag, quantity, false), 2, words);
-                for (order, before) in orders.iter().filter(|_| is_pair) {
-                    let over = match order {
-                        Order::File => String::new(),
-                        _ => format!(", over those of {before}"),
-                    };
+                let over = |(order, before): (Order, &str)| match order {
+                    Order::File => String::new(),
+                    _ => format!(", over those of {before}"),
+                };
+                for order in new.iter().filter(|_| is_pair) {
                     let words = format!(
-                        "{whole} is assigned to its blocks between the two particles, not added{over}"
+                        "{whole} is assigned to its blocks between the two particles, not added{}",
+                        over(*order)
                     );
-                    let rule = SceneRule::AssignedCross(tag, quantity, *order);
+                    let rule = SceneRule::AssignedCross(tag, quantity, order.0);
+                    add(Place::Jacobian(*first), rule, 2, words);
+                }
+                // Where a scene has no other force, another order makes no difference. Fields have no dF/dx, and those with a
+                // dF/dv stand last in the hand-out.
+                let is_other = |order: Order| match order {
+                    Order::Registry => false,
+                    Order::AfterFields => quantity == Quantity::ByVelocity,
+                    _ => true,
+                };
+                for order in orders.iter().filter(|(order, _)| is_pair && is_other(*order)) {
+                    let words = format!(
+                        "{whole} is assigned to the blocks of each particle by itself, not added{}",
+                        over(*order)
+                    );
+                    let rule = SceneRule::AssignedOwn(tag, quantity, None, None, order.0);
                     add(Place::Jacobian(*first), rule, 2, words);
                 }
                 if !is_pair {
@@ -2323,7 +2374,8 @@ pub fn of_reading(scene: &Scene, time_steps: &[f64]) -> Vec<Change> {
                             Some([a, b]) => format!("the {}{} entry of {block}", XY[a], XY[b]),
                         };
                         let words = format!("{which} of {whole} is assigned, not added");
-                        let rule = SceneRule::AssignedOwn(tag, quantity, place, entry);
+                        let rule =
+                            SceneRule::AssignedOwn(tag, quantity, Some(place), entry, Order::File);
                         add(Place::Jacobian(*first), rule, 2 + u8::from(entry.is_some()), words);
                     }
                 }

@@ -203,6 +203,17 @@ fn of_components(node: &Expression) -> Vec<Edit> {
                 Axes::Swapped,
                 format!("has the x and y components of {node} exchanged"),
             ));
+            if *node == Expression::Leaf(Leaf::RelativeVelocity) {
+                let [of_i, of_j] = [0, 1].map(|end| Expression::Leaf(Leaf::Velocity(end)));
+                let sum = Expression::Sum(vec![of_i.clone(), of_j.clone()]);
+                for (new, axis) in [sum, of_i, of_j].iter().flat_map(|new| [(new, 0), (new, 1)]) {
+                    let parts = [(node, axis), (new, 1 - axis)].map(|(of, not)| {
+                        Expression::Components(Axes::Not(not), Box::new(of.clone()))
+                    });
+                    let words = format!("has {new} in the place of {node} along {}", names[axis]);
+                    all.push(Edit::new(Expression::Sum(parts.to_vec()), words, 3));
+                }
+            }
             let by_size = Expression::Applied(Function::BySize, Box::new(node.clone()));
             let words = format!("has each component of {node} multiplied by its size");
             all.push(Edit::new(by_size, words, 3));
@@ -364,7 +375,12 @@ fn of_node(node: &Expression, scalars: &[Expression]) -> Vec<Edit> {
             if node.is_number() {
                 energies(node, &mut all);
             }
-            if node.is_number() && terms.iter().any(is_length) {
+            if node.is_number()
+                && let Some(place) = terms.iter().position(is_length)
+            {
+                let squared = Expression::Power(Box::new(terms[place].clone()), 2);
+                let new = Expression::Sum(replaced(terms, place, squared));
+                all.push(Edit::new(new.clone(), instead(&new), 2));
                 let square = |term: &Expression| match term {
                     Expression::Product(factors) => {
                         let of = |factor: &Expression| match factor {

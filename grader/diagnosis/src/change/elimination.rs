@@ -43,6 +43,8 @@ pub enum Slip {
     SingleFactor,
     /// Only so many rows below the pivot are eliminated.
     Band(u8),
+    /// In each row, only so many entries after the pivot are changed.
+    BandOfColumns(u8),
     /// The solution is in single precision.
     SingleSolution,
     /// Back substitution reads the entries below the diagonal, as the elimination leaves them.
@@ -108,9 +110,19 @@ impl Slip {
                 (Self::EarlyGradients(power, is_relative), words)
             })
         });
-        let bands = (1..=8).map(|count| {
-            let rows = if count == 1 { "row".to_owned() } else { format!("{count} rows") };
-            (Self::Band(count), format!("the elimination changes only the {rows} below each pivot"))
+        let bands = (1..=8).flat_map(|count| {
+            let of = [
+                (Self::Band(count), "row", "below each pivot"),
+                (Self::BandOfColumns(count), "entry", "of a row after the pivot"),
+            ];
+            of.map(|(slip, one, place)| {
+                let some = match (count, one) {
+                    (1, one) => one.to_owned(),
+                    (_, "entry") => format!("{count} entries"),
+                    _ => format!("{count} {one}s"),
+                };
+                (slip, format!("the elimination changes only the {some} {place}"))
+            })
         });
         plain
             .chain(SWEEPS.into_iter().flat_map(of))
@@ -216,7 +228,11 @@ impl Slip {
                 }
                 // Entries below the diagonal are left, where nothing reads them.
                 let first = pivot + usize::from(self == Self::Below);
-                for column in first..without(Self::LastColumn) {
+                let end = match self {
+                    Self::BandOfColumns(count) => n.min(pivot + 1 + usize::from(count)),
+                    _ => without(Self::LastColumn),
+                };
+                for column in first..end {
                     matrix[(row, column)] -= factor * matrix[(pivot, column)];
                 }
                 let is_below = row == pivot + 1;

@@ -9,8 +9,8 @@ use std::fmt;
 use nalgebra::{Matrix3, Vector3};
 use scene::Parameters;
 
-use super::Axes;
 use super::helper::{self, Helper};
+use super::{Axes, power};
 
 /// A formula.
 #[derive(Debug, Clone, PartialEq)]
@@ -308,7 +308,7 @@ impl Expression {
             }
             Self::Power(base, exponent) => match base.value(at) {
                 Value::Number(base) if base == 0.0 && *exponent < 0 => Value::Number(at.by_zero),
-                Value::Number(base) => Value::Number(base.powi(*exponent)),
+                Value::Number(base) => Value::Number(power(base, *exponent)),
                 _ => Value::INVALID,
             },
             Self::Dot(a, b) => a.value(at).dot_by(b.value(at), at.helper),
@@ -369,7 +369,7 @@ impl Expression {
             }
             Self::Power(base, exponent) => match (base.value(at), base.derivative(at, along)) {
                 (Value::Number(base), Value::Number(change)) => {
-                    Value::Number(f64::from(*exponent) * base.powi(exponent - 1) * change)
+                    Value::Number(f64::from(*exponent) * power(base, exponent - 1) * change)
                 }
                 _ => Value::INVALID,
             },

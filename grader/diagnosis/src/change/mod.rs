@@ -154,6 +154,14 @@ impl Change {
                 let is_used = !is_of_matrix || implicit();
                 is_used && !is_of_rounds(scene) && scene.forces.iter().any(is_pair)
             }
+            // Under fields alone, one step of Newton's method is all of it.
+            (
+                Effect::Method(name, Rule::Replaced(OnePoint::Linearized | OnePoint::Implicit)),
+                _,
+            ) if implicit() => {
+                let is_field = |element: &ForceElement| element.schema.stencil.is_field();
+                scene.integrator.name == *name && !scene.forces.iter().all(is_field)
+            }
             (Effect::Method(name, Rule::Replaced(_) | Rule::Idle), _) => {
                 scene.integrator.name == *name
             }
@@ -183,7 +191,9 @@ impl Change {
                     }
                     _ => true,
                 };
-                concerned && scene.particles.iter().any(|particle| particle.fixed)
+                let is_exchanged =
+                    matches!(self.effect, Effect::Fixed(FixedRule::Hold(hold)) if hold.exchanged);
+                concerned && scene.particles.iter().any(|one| one.fixed || is_exchanged)
             }
             (Effect::Start(_, _, start), Place::Force(term)) => {
                 use Start::{Along, Both, Positions, Velocities};
@@ -418,7 +428,7 @@ pub enum Effect {
 
 impl Effect {
     /// The quantities of a term that it changes.
-    fn quantities(&self) -> &'static [Quantity] {
+    pub(crate) fn quantities(&self) -> &'static [Quantity] {
         match self {
             Self::Factor(_, quantities, _)
             | Self::Start(_, quantities, _)
@@ -455,6 +465,17 @@ impl Effect {
     }
 }
 
+/// An integer power; the usual exponents take no call.
+fn power(base: f64, exponent: i32) -> f64 {
+    match exponent {
+        0 => 1.0,
+        1 => base,
+        2 => base * base,
+        -1 => 1.0 / base,
+        _ => base.powi(exponent),
+    }
+}
+
 /// A constant factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factor {
@@ -483,7 +504,7 @@ impl Factor {
     }
 
     pub(super) fn of(self, h: f64, mass: f64) -> f64 {
-        self.number * h.powi(self.h) * mass.powi(self.mass)
+        self.number * power(h, self.h) * power(mass, self.mass)
     }
 
     pub(super) fn and(self, other: Self) -> Self {
@@ -767,6 +788,11 @@ pub enum MassAt {
     FirstAlong(usize),
     /// That of the next particle; the last one has none.
     Next,
+    /// Its own, and 1 for the first or the last particle.
+    OneOf {
+        /// The last one.
+        last: bool,
+    },
 }
 
 /// How a list with a mass for each coordinate is filled wrongly.
@@ -778,6 +804,8 @@ pub enum MassList {
     OneAlong(usize),
     /// The first particle's along this axis.
     FirstAlong(usize),
+    /// 0 along this axis.
+    ZeroAlong(usize),
 }
 
 /// The entries of a step's matrix that its solver reads.
@@ -865,6 +893,8 @@ pub enum Rule {
         /// Fixed particles keep theirs.
         of_free: bool,
     },
+    /// A linearized method multiplies its solution by this power of the mass.
+    Scaled(i32),
     /// Newton's method adds each update to the velocities of its start.
     Restarted {
         /// The number of iterations.
@@ -1215,6 +1245,21 @@ pub struct Hold {
     pub solution: bool,
     /// Whether no force acts on them.
     pub unforced: bool,
+    /// What makes their diagonal entries large.
+    pub large: Option<Large>,
+    /// Whether all this is done to free particles in their place.
+    pub exchanged: bool,
+}
+
+/// A power of ten that makes an entry of the diagonal large.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Large {
+    /// It is added.
+    Added(u8),
+    /// That many masses are added.
+    Masses(u8),
+    /// The entry is multiplied by it.
+    Factor(u8),
 }
 
 /// The unknowns that are taken for those of particle `i`.
@@ -1263,6 +1308,8 @@ pub enum Order {
     File,
     /// By kinds: that force first.
     First,
+    /// By kinds, in the order of the registry.
+    Registry,
     /// By kinds: fields, that force, others.
     AfterFields,
     /// By kinds: that force last.
@@ -1271,7 +1318,7 @@ pub enum Order {
 
 impl Order {
     /// Those of a program that sums kind by kind.
-    const BY_KIND: [Self; 3] = [Self::First, Self::AfterFields, Self::Last];
+    const BY_KIND: [Self; 4] = [Self::First, Self::Registry, Self::AfterFields, Self::Last];
 
     /// Whether one element of the scene comes before another one, which is of that force.
     pub(super) fn is_before(self, scene: &Scene, other: usize, number: usize) -> bool {
@@ -1280,6 +1327,10 @@ impl Order {
             _ if one.tag == of.tag => other < number,
             Self::File => other < number,
             Self::First => false,
+            Self::Registry => {
+                let place = |tag| force::REGISTRY.iter().position(|kind| kind.schema.tag == tag);
+                place(one.tag) < place(of.tag)
+            }
             Self::AfterFields => one.stencil.is_field(),
             Self::Last => true,
         }
@@ -1510,8 +1561,8 @@ pub enum SceneRule {
     },
     /// The same of the blocks between the two particles alone, in this order.
     AssignedCross(&'static str, Quantity, Order),
-    /// The same of the block of the particle at this place by itself, or of one entry of it.
-    AssignedOwn(&'static str, Quantity, usize, Option<[usize; 2]>),
+    /// The same of the block of the particle at this place by itself, or of each particle, or of one entry of it.
+    AssignedOwn(&'static str, Quantity, Option<usize>, Option<[usize; 2]>, Order),
     /// Each element acts on the particles of the one before it.
     ParticlesBefore(&'static str),
     /// The pair of each element is another one, whatever its attributes.

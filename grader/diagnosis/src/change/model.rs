@@ -194,6 +194,8 @@ pub(super) struct Rules {
     pub(super) whole_change: [bool; 2],
     /// Whether the solution is taken for the new velocity, and whether of free particles alone.
     pub(super) whole: Option<bool>,
+    /// The power of the mass by which a linearized method multiplies its solution.
+    pub(super) scaled: i32,
     /// Whether Newton's method adds each update to the velocities of its start, and whether to zero in their place.
     pub(super) restarted: Option<bool>,
     /// Whether Newton's method makes no iteration after the first step.
@@ -309,6 +311,8 @@ pub(super) const HELD: Hold = Hold {
     which: None,
     solution: false,
     unforced: false,
+    large: None,
+    exchanged: false,
 };
 
 impl Place {
@@ -383,6 +387,7 @@ impl Model {
             unmoved: [false; 2],
             whole_change: [false; 2],
             whole: None,
+            scaled: 0,
             restarted: None,
             once: false,
             accumulated: None,
@@ -488,6 +493,7 @@ impl Model {
     fn mass_at(&self, dof: usize) -> f64 {
         let particle = match self.mass_list {
             Some((MassList::OneAlong(axis), _)) if dof % self.dimension == axis => return 1.0,
+            Some((MassList::ZeroAlong(axis), _)) if dof % self.dimension == axis => return 0.0,
             Some((MassList::FirstAlong(axis), _)) if dof % self.dimension == axis => 0,
             Some((MassList::ByAxis, _)) => dof % self.scene.particles.len(),
             _ => dof / self.dimension,
@@ -702,6 +708,7 @@ impl Model {
                 rules.newton.iterations = MANY_ITERATIONS;
             }
             Rule::Whole { of_free } => rules.whole = Some(of_free),
+            Rule::Scaled(power) => rules.scaled = power,
             Rule::Restarted { iterations, from_zero } => {
                 (rules.restarted, rules.newton.iterations) = (Some(from_zero), iterations);
             }
@@ -778,6 +785,10 @@ impl Model {
             MassAt::FirstAlong(along) if axis == along => mass[0],
             MassAt::FirstAlong(_) => mass[dof],
             MassAt::Next => mass.get(dof + self.dimension).copied().unwrap_or_default(),
+            MassAt::OneOf { last } => {
+                let particle = if last { self.scene.particles.len() - 1 } else { 0 };
+                if dof / self.dimension == particle { 1.0 } else { mass[dof] }
+            }
         }
     }
 
@@ -1350,7 +1361,9 @@ impl Model {
             Some(MassAt::First) => 0,
             Some(MassAt::Next) => particle + 1,
             // A force reads one mass for all axes: it has no other place for it.
-            Some(MassAt::ByAxis | MassAt::Coordinate | MassAt::FirstAlong(_)) => particle,
+            Some(
+                MassAt::ByAxis | MassAt::Coordinate | MassAt::FirstAlong(_) | MassAt::OneOf { .. },
+            ) => particle,
         };
         Inputs {
             parameters: element.parameters.clone(),
@@ -1514,7 +1527,9 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                 continue;
             }
             let order = match rule {
-                SceneRule::Overwrites(.., order) | SceneRule::AssignedCross(.., order) => order,
+                SceneRule::Overwrites(.., order)
+                | SceneRule::AssignedCross(.., order)
+                | SceneRule::AssignedOwn(.., order) => order,
                 _ => Order::File,
             };
             let earlier = all.iter_mut().enumerate();
@@ -1564,8 +1579,10 @@ fn lost(scene: &Scene, changes: &[Change]) -> Vec<Lost> {
                         .flat_map(|one| axes.clone().map(move |axis| ([one; 2], Some([axis; 2]))));
                     (&[quantity], entries.collect())
                 }
-                SceneRule::AssignedOwn(_, quantity, place, entry) => {
-                    (&[quantity], vec![([element.particles[place]; 2], entry)])
+                SceneRule::AssignedOwn(_, quantity, place, entry, _) => {
+                    let places = place.map_or(0..element.particles.len(), |place| place..place + 1);
+                    let blocks = element.particles[places].iter().map(|one| ([*one; 2], entry));
+                    (&[quantity], blocks.collect())
                 }
                 _ => (&[], Vec::new()),
             };

@@ -51,7 +51,7 @@ impl Rule {
             Self::Unmoved { .. } => {
                 vec![ForcePoint, PositionJacobianPoint, VelocityJacobianPoint, End]
             }
-            Self::Whole { .. } | Self::Lost => vec![Solution],
+            Self::Whole { .. } | Self::Scaled(_) | Self::Lost => vec![Solution],
             Self::Once | Self::Restarted { .. } | Self::Accumulated { .. } => vec![End],
             Self::SeenAt(_) => vec![ForcePoint, PositionJacobianPoint, VelocityJacobianPoint],
             Self::Mean { moves } => {

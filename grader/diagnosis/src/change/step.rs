@@ -18,8 +18,8 @@ use super::memory::Memory;
 use super::model::{Model, Point, Sample, TermModel};
 use super::work::cost;
 use super::{
-    Accumulated, Carried, Change, Each, Factor, Guess, Hold, Kept, Newton, Norm, Quantity, SeenAt,
-    Stale, Start, Term, Unknowns,
+    Accumulated, Carried, Change, Each, Factor, Guess, Hold, Kept, Large, Newton, Norm, Quantity,
+    SeenAt, Stale, Start, Term, Unknowns,
 };
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
@@ -537,8 +537,11 @@ impl Model {
             };
             accumulate(false, &u);
             if !(reached && newton.drops_last && !linearized) {
-                let applied = if linearized { 1.0 } else { newton.relaxation };
                 for (dof, (u, delta)) in u.iter_mut().zip(&delta).enumerate() {
+                    let applied = match linearized {
+                        true => self.mass[dof].powi(self.rules.scaled),
+                        false => newton.relaxation,
+                    };
                     let kept = match self.rules.whole.filter(|_| linearized) {
                         Some(of_free) if !(of_free && self.fixed[dof]) => 0.0,
                         _ if linearized => *u,
@@ -782,7 +785,8 @@ impl Model {
         let hold = self.fixed_rules.hold;
         let Hold { rows, columns, right: is_right, massless, unit, .. } = hold;
         let of = |particle: usize, unknowns: Unknowns| self.unknowns(particle, unknowns);
-        for (particle, _) in self.scene.particles.iter().enumerate().filter(|(_, p)| p.fixed) {
+        let is_its = |one: &scene::Particle| one.fixed != hold.exchanged;
+        for (particle, _) in self.scene.particles.iter().enumerate().filter(|(_, p)| is_its(p)) {
             if is_right {
                 of(particle, hold.of_right).for_each(|dof| right[dof] = 0.0);
             }
@@ -810,6 +814,14 @@ impl Model {
                 }
                 if massless {
                     matrix[(dof, dof)] -= self.mass[dof];
+                }
+                let power = |exponent: u8| 10.0_f64.powi(i32::from(exponent));
+                let entry = &mut matrix[(dof, dof)];
+                match hold.large {
+                    Some(Large::Added(exponent)) => *entry += power(exponent),
+                    Some(Large::Masses(exponent)) => *entry += power(exponent) * self.mass[dof],
+                    Some(Large::Factor(exponent)) => *entry *= power(exponent),
+                    None => {}
                 }
             }
         }
@@ -996,6 +1008,8 @@ impl Model {
                 }
             }
         }
+        let each = solution.iter_mut().zip(&self.mass);
+        each.for_each(|(solution, mass)| *solution *= mass.powi(-self.rules.scaled));
         solution
     }
 
@@ -1095,7 +1109,9 @@ impl Model {
                 || rules.restarted.is_some()
                 || rules.accumulated.is_some())
             && rules.forces_along.is_none()
-            && !(self.fixed_rules.hold.solution || self.fixed_rules.stop_moved);
+            && !(self.fixed_rules.hold.solution
+                || self.fixed_rules.hold.large.is_some()
+                || self.fixed_rules.stop_moved);
         // Before the first step, nothing is kept.
         let is_alone = sample.step == 0 || !self.remembers();
         let shows = self.substeps == 1 && is_alone && is_one_solve;
@@ -1168,7 +1184,7 @@ impl Model {
     fn keeps_velocity(&self, dof: usize) -> bool {
         match self.method {
             Some(OnePoint::Explicit | OnePoint::Symplectic) => self.is_held(dof),
-            _ => self.fixed[dof],
+            _ => self.fixed[dof] != self.fixed_rules.hold.exchanged,
         }
     }
 }

@@ -212,10 +212,27 @@ impl Undo {
                 use StepEquation::{
                     ExplicitEuler, ImplicitEuler, LinearizedImplicitEuler, SymplecticEuler,
                 };
-                let is_old = match scene.integrator.equation {
+                let of_method = match scene.integrator.equation {
                     ExplicitEuler => true,
                     SymplecticEuler | LinearizedImplicitEuler | ImplicitEuler => false,
                     _ => return None,
+                };
+                // Positions along other axes show with which velocity the program moves them.
+                let h = scene.time_step;
+                let off = |pair: &[State], velocities: &State| {
+                    let moved = pair[0].positions.iter().zip(&pair[1].positions);
+                    let each = moved.zip(&velocities.velocities).enumerate();
+                    let others = each.filter(|(dof, _)| dof % axes != axis);
+                    others.map(|(_, ((x, after), v))| (after - x - h * v).abs()).fold(0.0, f64::max)
+                };
+                let most = |which: usize| {
+                    states.windows(2).map(|pair| off(pair, &pair[which])).fold(0.0, f64::max)
+                };
+                let [old, new] = [most(0), most(1)];
+                let is_old = match old.total_cmp(&new) {
+                    Ordering::Less if old < SAME * new => true,
+                    Ordering::Greater if new < SAME * old => false,
+                    _ => of_method,
                 };
                 let initial = scene.velocities();
                 let mut differences: Vec<Vec<f64>> = states

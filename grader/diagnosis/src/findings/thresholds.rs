@@ -71,7 +71,7 @@ thresholds! {
     /// Processor time of a search in milliseconds, counted by what it computes and not timed, so that the same traces have the
     /// same findings on every machine. The findings by then are reported. Without it, two mistakes that are not
     /// found take up to 34 s.
-    ceiling: u64 = 8_000,
+    ceiling: u64 = 10_000,
     /// Mistakes: changes other than features that are left out. More are found in the same traces by chance.
     mistakes: usize = 4,
     /// Searches repeated without what explains fewer scenes than it leaves.

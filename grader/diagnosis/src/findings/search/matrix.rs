@@ -26,9 +26,11 @@ impl Search<'_> {
         let Some(&factor) = factors.iter().find(several) else { return false };
         let is_its = |cause: &Cause| of_jacobians(cause).is_some_and(|(_, _, of)| of == factor);
         let numbers = self.found.iter().filter(|cause| is_its(cause)).flat_map(|one| &one.scenes);
-        let scenes: Vec<usize> =
-            numbers.copied().filter(|number| is_linearized(&self.scenes[*number])).collect();
+        let (scenes, others): (Vec<usize>, Vec<usize>) =
+            numbers.copied().partition(|number| is_linearized(&self.scenes[*number]));
         let Some(&first) = scenes.first() else { return false };
+        let newton = others.iter().find(|number| self.scenes[**number].is_newton());
+        let newton = newton.map(|number| self.scenes[*number].scene.integrator.name);
         let rules = [
             (Rule::Matrices(factor), &[Quantity::ByPosition, Quantity::ByVelocity][..]),
             (Rule::Matrix(Quantity::ByPosition, factor), &[Quantity::ByPosition]),
@@ -49,8 +51,13 @@ impl Search<'_> {
                 }
             }
             let group = 1 + self.found.iter().map(|cause| cause.group).max().unwrap_or(0);
-            let merged = Cause::of_scenes(change.clone(), scenes.clone(), Vec::new());
-            found.push(Cause { group, ..merged });
+            let of_newton = newton.and_then(|name| candidates::of_newton(name, change));
+            let of_each = [(Some(change.clone()), &scenes), (of_newton, &others)];
+            for (change, scenes) in of_each {
+                let merged =
+                    change.map(|change| Cause::of_scenes(change, scenes.clone(), Vec::new()));
+                found.extend(merged.map(|merged| Cause { group, ..merged }));
+            }
             self.is_as_good(&found, change).then_some(found)
         });
         let is_merged = merged.is_some();

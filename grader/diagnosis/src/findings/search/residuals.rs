@@ -253,7 +253,8 @@ fn in_terms(model: &Model, integrator: &'static str, samples: &Samples<'_>) -> V
     let mut found = Vec::new();
     for number in 0..model.n_terms() {
         let term = model.term(number);
-        let fits = candidates::of_term(term).par_iter().filter(|change| base.is_cancelled(change));
+        let fits = candidates::of_term(term).par_iter();
+        let fits = fits.filter(|change| base.is_cancelled(change) && !base.vanishes(change));
         found.extend(fits.cloned().collect::<Vec<Change>>());
         for quantities in candidates::groups(term) {
             let make = |factor: f64| candidates::factor(term, quantities, factor);
@@ -343,6 +344,24 @@ impl<'a> Base<'a> {
     /// Each sample with its residual and the bound of that.
     pub(super) fn each(&self) -> impl Iterator<Item = (&Sample, &(Vec<f64>, f64))> {
         self.samples.iter().map(|evidence| &evidence.sample).zip(&self.residuals)
+    }
+
+    /// Whether a changed formula is 0 in every sample, as by a parameter that is 0: they show that the value is missing, and
+    /// not why.
+    fn vanishes(&self, change: &Change) -> bool {
+        if !matches!(change.effect, Effect::Formula(..)) {
+            return false;
+        }
+        let quantities = change.effect.quantities();
+        self.samples.iter().zip(&self.parts).all(|(evidence, parts)| {
+            let Some((term, effect)) = self.model.effect(change, &evidence.sample, parts) else {
+                return false;
+            };
+            let old = |dof: usize| -> f64 {
+                quantities.iter().map(|quantity| parts.of(term, *quantity)[dof]).sum()
+            };
+            effect.iter().enumerate().all(|(dof, effect)| effect + old(dof) == 0.0)
+        })
     }
 
     fn is_cancelled(&self, change: &Change) -> bool {
@@ -465,7 +484,7 @@ pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Ch
             let effect = base.effect(change, number)?;
             whole.extend(effect.into_iter().map(|value| value / bound));
         }
-        let is_there = whole.iter().any(|value| value.abs() > 1.0);
+        let is_there = whole.iter().any(|value| value.abs() > 1.0) && !base.vanishes(change);
         (is_there && whole.iter().all(|value| value.is_finite())).then_some((*change, whole))
     };
     let effects: Vec<(&Change, Vec<f64>)> = all.par_iter().filter_map(effect).collect();

@@ -200,7 +200,7 @@ const CHANGES: &[&str] = &[
     "dF/dx of gravitationalforce has the wrong sign in the row of j",
     "dF/dx of springforce's elastic force has each row of n nᵀ filled with its diagonal entry",
     "in all forces, each Jacobian has its block j j added to the block i i",
-    "linearized-implicit-euler: the sum of the Jacobians in the matrix fills each row with its diagonal entry",
+    "linearized-implicit-euler: the sum of the Jacobians in the matrix fills each row of its blocks with the diagonal entry",
     "dF/dv of dragdamping is assigned to the diagonal of the matrix, over all that stands before it",
     "simplegravity reads the masses of x and y at the numbers i and i + 1, as from a list with one for each coordinate",
     "simplegravity is added to components i and i + 1 for particle i",
@@ -993,7 +993,10 @@ fn a_state_too_many_in_every_scene_is_told_from_other_counts() {
     let [Finding { kind: FindingKind::Output, words, .. }] = found.as_slice() else {
         panic!("{found:#?}");
     };
-    assert!(words[0].ends_with("as where duration/dt is rounded up and 1 is added"), "{words:?}");
+    assert!(
+        words[0].ends_with("as where duration/dt is rounded up and 1 step is added"),
+        "{words:?}"
+    );
 }
 
 #[test]

@@ -928,7 +928,7 @@ fn of_blocks() -> Vec<(Axes, u8, String)> {
     let whole = [
         (Axes::Only(0), "has its x entry only"),
         (Axes::Only(1), "has its y entry only"),
-        (Axes::Filled, "fills each row with its diagonal entry"),
+        (Axes::Filled, "fills each row of its blocks with the diagonal entry"),
         (Axes::Diagonal, "lacks the entries off the diagonal of its blocks"),
         (Axes::Swapped, "has x and y swapped"),
         (Axes::RowsSwapped, "has the rows of its blocks swapped"),

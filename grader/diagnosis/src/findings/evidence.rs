@@ -50,7 +50,7 @@ pub(super) struct SceneEvidence<'a> {
     pub(super) kind: Option<Kind>,
     pub(super) steps: WrongSteps,
     pub(super) evidence: Vec<Evidence>,
-    /// The largest error of the velocities after a wrong step, relative to their change in it; infinite if none is wrong.
+    /// The largest error of a wrong step, relative to its change; infinite if none is wrong.
     pub(super) relative_error: f64,
     /// Relative error of the numbers of the trace.
     pub(super) rounding: f64,
@@ -73,12 +73,13 @@ impl<'a> Deref for Samples<'a> {
     }
 }
 
-/// The largest error of the velocities after a wrong step, relative to their change in it; infinite if none is wrong.
-fn relative_error(evidence: &[Evidence]) -> f64 {
+/// The largest error of the velocities after a wrong step of this size, and of positions divided by it, relative to the change of
+/// velocities in it; infinite if none is wrong.
+fn relative_error(evidence: &[Evidence], h: f64) -> f64 {
     let wrong = evidence.iter().filter(|evidence| evidence.is_wrong());
-    let error = |Evidence { sample, defect, .. }: &Evidence| {
+    let error = |Evidence { sample, defect: [x, v], .. }: &Evidence| {
         let [_, change] = distances(&sample.before, &sample.after);
-        defect[1] / change
+        v.max(x / h) / change
     };
     wrong.map(error).reduce(f64::max).unwrap_or(f64::INFINITY)
 }
@@ -124,7 +125,7 @@ impl<'a> SceneEvidence<'a> {
             }
             scene.rounding = Rounding::of(states).unit();
             (scene.steps, scene.evidence) = steps::examine(inner, states, 0.0);
-            scene.relative_error = relative_error(&scene.evidence);
+            scene.relative_error = relative_error(&scene.evidence, inner.time_step);
         }
         scene
     }
@@ -143,7 +144,7 @@ impl<'a> SceneEvidence<'a> {
             passed,
             kind: (!passed).then_some(Kind::Wrong),
             steps,
-            relative_error: relative_error(&evidence),
+            relative_error: relative_error(&evidence, judged.scene.time_step),
             evidence,
             rounding: Rounding::of(judged.states).unit().max(rounding),
             limits,

@@ -179,13 +179,13 @@ impl Finding {
         };
         let evidence = match self.kind {
             FindingKind::Cause => {
-                let all = scenes(count);
-                format!("proven: reproduces your traces in {count} of {all} where it acts{open}")
+                format!("proven: reproduces your traces in {}{open}", scenes(count))
             }
             FindingKind::Possible => {
-                let all = scenes(count + self.unexplained);
                 format!(
-                    "not proven: reproduces your traces in {count} of {all} that are wrong where it acts{open}"
+                    "not proven: reproduces your traces in {}, and not in {} more that are wrong where it acts{open}",
+                    scenes(count),
+                    self.unexplained
                 )
             }
             FindingKind::Feature => {

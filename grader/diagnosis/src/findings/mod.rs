@@ -66,6 +66,9 @@ const MESSAGES: usize = 3;
 /// Minimum number of failing scenes from which a feature is inferred.
 const FEW: usize = 2;
 
+/// The words of a program that ends where a named mistake acts.
+const NAMED: &str = "where what is named above acts, which may be why";
+
 /// Follows the words of a program that ends with a singular matrix where particles are fixed.
 const SINGULAR: &str = ", as where the diagonal entries of their cleared rows are not set to 1";
 
@@ -819,6 +822,12 @@ fn ends(scenes: &[Marked<'_>], named: &[Change]) -> Vec<Finding> {
         named.iter().any(|change| change.must_act_in(inner) && is_there(change.place, inner))
     };
     let of = |(symptom, failing): (Symptom, Vec<&Marked<'_>>)| -> Vec<Finding> {
+        // Another mistake may end the program in scenes in which it acts.
+        if failing.iter().all(acts) {
+            let scenes = names(failing.iter().copied());
+            let kind = FindingKind::Ends(symptom);
+            return vec![Finding::new(kind, Vec::new(), vec![NAMED.to_owned()], scenes)];
+        }
         let has_run = |scene: &&Marked<'_>| scene.passed || scene.judged.states.len() > 1;
         let ran: Vec<&Marked<'_>> = scenes.iter().filter(has_run).collect();
         let right: Vec<&Scene> = ran.iter().map(|scene| scene.judged.scene).collect();
@@ -830,12 +839,9 @@ fn ends(scenes: &[Marked<'_>], named: &[Change]) -> Vec<Finding> {
         };
         let is_one_message = symptom == Symptom::Error
             && failing.windows(2).all(|pair| pair[0].judged.outcome == pair[1].judged.outcome);
-        // Another mistake may end the program in scenes in which it acts.
-        let is_named = failing.iter().all(acts);
-        let beside = if is_named { ", where what is named acts too" } else { "" };
-        if found.is_empty() && (is_one_message || is_named) {
+        if found.is_empty() && is_one_message {
             // A common property of these scenes says less than the message.
-            return vec![shared::unnamed(format!("{symptom}{beside}"), &failing)];
+            return vec![shared::unnamed(symptom.to_string(), &failing)];
         }
         if found.is_empty() {
             let right: Vec<Right<'_>> = ran.into_iter().map(Right::of).collect();
@@ -850,7 +856,7 @@ fn ends(scenes: &[Marked<'_>], named: &[Change]) -> Vec<Finding> {
             let mut finding = of_guilty(FindingKind::Ends(symptom), guilty, &failing);
             let is_of_rows = is_singular && finding.features == [Feature::Fixed(Family::Implicit)];
             let rows = if is_of_rows { SINGULAR } else { "" };
-            finding.words.iter_mut().for_each(|words| words.push_str(&format!("{rows}{beside}")));
+            finding.words.iter_mut().for_each(|words| words.push_str(rows));
             finding
         };
         found.into_iter().map(finding).collect()

@@ -301,8 +301,8 @@ pub(super) fn miscounted(scenes: &[Marked<'_>]) -> Option<String> {
 const WAYS: [&str; 7] = [
     "duration/dt is rounded down",
     "duration/dt is rounded to the nearest integer",
-    "duration/dt is rounded down and 1 is added",
-    "duration/dt is rounded up and 1 is added",
+    "duration/dt is rounded down and 1 step is added",
+    "duration/dt is rounded up and 1 step is added",
     "steps end where the sum of all dt reaches the duration",
     "steps end where the sum of all dt exceeds the duration",
     "duration/dt is computed in single precision and rounded up",

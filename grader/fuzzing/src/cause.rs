@@ -53,6 +53,7 @@ fn judged<'a>(scene: Evidence<'a>, name: &'a str) -> JudgedScene<'a> {
         scene,
         is_required: true,
         outcome: Outcome::Passed,
+        was_run: true,
         first_wrong: None,
         largest: [0.0; 2],
         has_positions_alone: false,

@@ -50,6 +50,7 @@ fn scene_of<'a>(judged: &'a Judged<'_>) -> JudgedScene<'a> {
         scene: &case.scene,
         is_required: case.feature.section == Section::Required,
         outcome: if *is_misread { Outcome::NotJudged } else { outcome(&comparison.verdict) },
+        was_run: !matches!(comparison.verdict, Verdict::Fail(Failure::Skipped(_))),
         first_wrong: comparison.first_wrong.as_ref().map(|first| findings::FirstWrong {
             step: first.place.step,
             particle: first.place.particle,

@@ -474,8 +474,7 @@ fn a_mistake_beside_wrong_times_is_named() {
 fn jacobians_at_the_motion_alone_are_named_where_some_are_not_finite() {
     let words = "linearized-implicit-euler: dF/dx is evaluated at the positions h v, not x + h v";
     let found = findings(&[candidate(words)], |states| states);
-    let is_it = |finding: &Finding| finding.kind == FindingKind::Cause && finding.words == [words];
-    assert!(found.iter().any(is_it), "{found:#?}");
+    assert_cause(&found, words);
 }
 
 #[test]
@@ -866,6 +865,12 @@ fn rounded_output_is_no_rounded_input() {
 fn said(found: &[Finding]) -> Vec<&str> {
     let is_said = |finding: &&Finding| finding.kind <= FindingKind::Possible;
     found.iter().filter(is_said).flat_map(|finding| &finding.words).map(String::as_str).collect()
+}
+
+/// Whether this cause is among others.
+fn assert_cause(found: &[Finding], words: &str) {
+    let is_it = |finding: &Finding| finding.kind == FindingKind::Cause && finding.words == [words];
+    assert!(found.iter().any(is_it), "{found:#?}");
 }
 
 /// Asserts that these say what is wrong in these words, which are in alphabetical order.
@@ -1568,8 +1573,7 @@ fn a_jacobian_that_is_missing_is_not_called_multiplied_by_a_parameter_that_is_0(
 fn masses_that_are_0_along_an_axis_are_named() {
     let words = "masses along y are 0, in forces as well";
     let found = findings(&[candidate(words)], |states| states);
-    let is_it = |finding: &Finding| finding.kind == FindingKind::Cause && finding.words == [words];
-    assert!(found.iter().any(is_it), "{found:#?}");
+    assert_cause(&found, words);
 }
 
 #[test]

@@ -112,15 +112,11 @@ impl Slip {
         });
         let bands = (1..=8).flat_map(|count| {
             let of = [
-                (Self::Band(count), "row", "below each pivot"),
-                (Self::BandOfColumns(count), "entry", "of a row after the pivot"),
+                (Self::Band(count), "row", "rows", "below each pivot"),
+                (Self::BandOfColumns(count), "entry", "entries", "of a row after the pivot"),
             ];
-            of.map(|(slip, one, place)| {
-                let some = match (count, one) {
-                    (1, one) => one.to_owned(),
-                    (_, "entry") => format!("{count} entries"),
-                    _ => format!("{count} {one}s"),
-                };
+            of.map(|(slip, one, several, place)| {
+                let some = if count == 1 { one.to_owned() } else { format!("{count} {several}") };
                 (slip, format!("the elimination changes only the {some} {place}"))
             })
         });

@@ -465,6 +465,11 @@ impl Effect {
     }
 }
 
+/// The place of the force with this tag in the registry.
+pub(crate) fn place_in_registry(tag: &str) -> Option<usize> {
+    force::REGISTRY.iter().position(|kind| kind.schema.tag == tag)
+}
+
 /// An integer power; the usual exponents take no call.
 fn power(base: f64, exponent: i32) -> f64 {
     match exponent {
@@ -1327,10 +1332,7 @@ impl Order {
             _ if one.tag == of.tag => other < number,
             Self::File => other < number,
             Self::First => false,
-            Self::Registry => {
-                let place = |tag| force::REGISTRY.iter().position(|kind| kind.schema.tag == tag);
-                place(one.tag) < place(of.tag)
-            }
+            Self::Registry => place_in_registry(one.tag) < place_in_registry(of.tag),
             Self::AfterFields => one.stencil.is_field(),
             Self::Last => true,
         }

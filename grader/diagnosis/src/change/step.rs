@@ -19,7 +19,7 @@ use super::model::{Model, Point, Sample, TermModel};
 use super::work::cost;
 use super::{
     Accumulated, Carried, Change, Each, Factor, Guess, Hold, Kept, Large, Newton, Norm, Quantity,
-    SeenAt, Stale, Start, Term, Unknowns,
+    SeenAt, Stale, Start, Term, Unknowns, power,
 };
 use reference::method::{Arithmetic, Method, OnePoint, Substep};
 
@@ -539,7 +539,7 @@ impl Model {
             if !(reached && newton.drops_last && !linearized) {
                 for (dof, (u, delta)) in u.iter_mut().zip(&delta).enumerate() {
                     let applied = match linearized {
-                        true => self.mass[dof].powi(self.rules.scaled),
+                        true => power(self.mass[dof], self.rules.scaled),
                         false => newton.relaxation,
                     };
                     let kept = match self.rules.whole.filter(|_| linearized) {
@@ -815,12 +815,12 @@ impl Model {
                 if massless {
                     matrix[(dof, dof)] -= self.mass[dof];
                 }
-                let power = |exponent: u8| 10.0_f64.powi(i32::from(exponent));
+                let ten_to = |exponent: u8| 10.0_f64.powi(i32::from(exponent));
                 let entry = &mut matrix[(dof, dof)];
                 match hold.large {
-                    Some(Large::Added(exponent)) => *entry += power(exponent),
-                    Some(Large::Masses(exponent)) => *entry += power(exponent) * self.mass[dof],
-                    Some(Large::Factor(exponent)) => *entry *= power(exponent),
+                    Some(Large::Added(exponent)) => *entry += ten_to(exponent),
+                    Some(Large::Masses(exponent)) => *entry += ten_to(exponent) * self.mass[dof],
+                    Some(Large::Factor(exponent)) => *entry *= ten_to(exponent),
                     None => {}
                 }
             }
@@ -1009,7 +1009,7 @@ impl Model {
             }
         }
         let each = solution.iter_mut().zip(&self.mass);
-        each.for_each(|(solution, mass)| *solution *= mass.powi(-self.rules.scaled));
+        each.for_each(|(solution, mass)| *solution *= power(*mass, -self.rules.scaled));
         solution
     }
 

@@ -28,13 +28,10 @@ use crate::steps::{self, Evidence, Rounding, WrongSteps};
 /// Error of a linear solver relative to the change of the velocities, where a change makes the system worse.
 const SOLVER: f64 = 1e-10;
 
-/// An error of a step, relative to its change, that is small enough to be called one of precision.
-const SMALL: f64 = 1e-4;
-
 /// Where what is wrong is smaller than this many times that error, the error is taken to be as many times smaller than what is wrong.
 const APART: f64 = 100.0;
 
-/// Relative error of a step in single precision: larger ones have another reason.
+/// Relative error of a step, or of its change, in single precision: larger ones have another reason.
 const NEAR: f64 = 1e-4;
 
 /// Numbers of fewer digits than this are not called rounded: few numbers have that many.
@@ -172,7 +169,7 @@ impl<'a> SceneEvidence<'a> {
 
     /// Whether its steps are right to a few digits, and wrong.
     pub(super) fn is_nearly_right(&self) -> bool {
-        self.relative_error < SMALL
+        self.relative_error < NEAR
     }
 
     /// The error of a linear solver that a change is allowed, relative to the change of the velocities.

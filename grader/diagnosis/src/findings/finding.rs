@@ -6,6 +6,7 @@ use simulator::force;
 use simulator::integrator;
 
 use super::feature::{Feature, Symptom};
+use crate::change::place_in_registry;
 
 /// A finding.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,9 +126,7 @@ impl Finding {
     pub(super) fn in_order_of_work(&self) -> usize {
         let forces = force::REGISTRY.len();
         match self.features.first().filter(|_| self.kind.is_lack()) {
-            Some(Feature::Force(part)) => {
-                force::REGISTRY.iter().position(|kind| kind.schema.tag == part.tag()).unwrap_or(0)
-            }
+            Some(Feature::Force(part)) => place_in_registry(part.tag()).unwrap_or(0),
             Some(Feature::Integrator(name)) => {
                 let place = integrator::REGISTRY.iter().position(|kind| kind.schema.name == *name);
                 forces + place.unwrap_or(0)

@@ -14,8 +14,10 @@ pub struct JudgedScene<'a> {
     pub scene: &'a Scene,
     /// Whether it is required.
     pub is_required: bool,
-    /// How its run ended.
+    /// How its run ended; where it was not run, how those before it did.
     pub outcome: Outcome,
+    /// Whether it was run.
+    pub was_run: bool,
     /// The first number out of tolerance, if there is one.
     pub first_wrong: Option<FirstWrong<'a>>,
     /// The largest differences from the oracle's trace: position, velocity.
@@ -39,6 +41,7 @@ impl<'a> JudgedScene<'a> {
             scene,
             is_required: true,
             outcome: Outcome::Differs,
+            was_run: true,
             first_wrong: None,
             largest: [1.0; 2],
             has_positions_alone: false,

@@ -35,7 +35,7 @@ mod trace;
 
 use std::collections::BTreeSet;
 
-use crate::change::{Change, Place, Term, rounds};
+use crate::change::{Change, Place, Term, place_in_registry, rounds};
 use rayon::prelude::*;
 use scene::schema::{Convergence, Masses, Matrix};
 use scene::{ForceElement, Scene};
@@ -118,8 +118,8 @@ fn terms(scene: &Scene) -> BTreeSet<Term> {
 
 /// Simplest first: number of terms, then the forces and the integrator in the order of the registries, then the size.
 fn simplicity(scene: &Scene) -> [usize; 5] {
-    let of_force = |tag: &str| force::REGISTRY.iter().position(|kind| kind.schema.tag == tag);
-    let last = scene.forces.iter().filter_map(|element| of_force(element.schema.tag)).max();
+    let last =
+        scene.forces.iter().filter_map(|element| place_in_registry(element.schema.tag)).max();
     let order = integrator::REGISTRY.iter().position(|k| k.schema.name == scene.integrator.name);
     let (force, order) = (last.unwrap_or(0), order.unwrap_or(usize::MAX));
     [terms(scene).len(), force, order, scene.particles.len(), scene.forces.len()]
@@ -297,11 +297,21 @@ impl Findings {
     }
 }
 
-/// One case of a finding in numbers, in words, where its own words say less.
+/// One case of a finding in numbers, in words, where its own words say less, and how many of its scenes were not run.
 fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
     let is_in = |scene: &&Marked<'_>| finding.scenes.iter().any(|one| one == scene.judged.name);
-    let mut concerned: Vec<&Marked<'_>> = scenes.iter().filter(is_in).collect();
-    concerned.sort_by_key(|scene| scene.simplicity());
+    let concerned = scenes.iter().filter(is_in);
+    let (mut run, not_run): (Vec<&Marked<'_>>, Vec<_>) =
+        concerned.partition(|scene| scene.judged.was_run);
+    run.sort_by_key(|scene| scene.simplicity());
+    let not_run = (!not_run.is_empty())
+        .then(|| format!("{} not run, after others that ended alike", not_run.len()));
+    let parts: Vec<String> = case(finding, &run).into_iter().chain(not_run).collect();
+    (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// The first case of a finding in these scenes that says more than its own words.
+fn case(finding: &Finding, concerned: &[&Marked<'_>]) -> Option<String> {
     let malformed = |scene: &&Marked<'_>| match &scene.judged.outcome {
         Outcome::Malformed(what)
             if matches!(scene.kind, Some(Kind::Malformed | Kind::TimeColumn(_))) =>
@@ -335,7 +345,7 @@ fn example(finding: &Finding, scenes: &[Marked<'_>]) -> Option<String> {
                         kept from the step before, or does not show in the first state";
             let late = (is_late && !concerned.is_empty()).then(|| late.to_owned());
             let part = || concerned.first().and_then(|scene| scene.wrong_part());
-            misplaced.or_else(|| nearly_right(&concerned)).or(late).or_else(part)
+            misplaced.or_else(|| nearly_right(concerned)).or(late).or_else(part)
         }
         _ => {
             let is_of_fixed = finding.features.iter().any(|one| matches!(one, Feature::Fixed(_)));
@@ -1058,6 +1068,25 @@ mod tests {
         // A finding on the method explains its scenes otherwise.
         assert!(of(&[Quantity::ByPosition], 1).is_empty());
         assert!(of(&[Quantity::Force], 0).is_empty());
+    }
+
+    #[test]
+    fn a_scene_that_was_not_run_is_not_quoted() {
+        let scene = scene("explicit-euler");
+        let limits = Thresholds::default();
+        let stopped = |name, was_run| JudgedScene {
+            outcome: Outcome::Stopped("singular matrix".to_owned()),
+            was_run,
+            ..judged(name, &scene)
+        };
+        let judged = [stopped("a", false), stopped("b", true), stopped("c", false)];
+        let evidence = judged.each_ref().map(|one| SceneEvidence::of(one, &limits));
+        let scenes = evidence.each_ref().map(Marked::new);
+        let kind = FindingKind::Ends(Symptom::Error);
+        let names = judged.iter().map(|one| one.name.to_owned()).collect();
+        let finding = Finding::new(kind, Vec::new(), Vec::new(), names);
+        let words = "in b: \"singular matrix\"; 2 not run, after others that ended alike";
+        assert_eq!(example(&finding, &scenes).as_deref(), Some(words));
     }
 
     #[test]

@@ -229,11 +229,7 @@ impl Undo {
                     states.windows(2).map(|pair| off(pair, &pair[which])).fold(0.0, f64::max)
                 };
                 let [old, new] = [most(0), most(1)];
-                let is_old = match old.total_cmp(&new) {
-                    Ordering::Less if old < SAME * new => true,
-                    Ordering::Greater if new < SAME * old => false,
-                    _ => of_method,
-                };
+                let is_old = old < SAME * new || of_method && new >= SAME * old;
                 let initial = scene.velocities();
                 let mut differences: Vec<Vec<f64>> = states
                     .windows(2)
@@ -344,6 +340,7 @@ impl Restored {
             scene: &self.scene,
             is_required: of.is_required,
             outcome: if self.passed { Outcome::Passed } else { Outcome::Differs },
+            was_run: true,
             first_wrong: None,
             largest: of.largest,
             has_positions_alone: of.has_positions_alone,

@@ -253,8 +253,8 @@ fn in_terms(model: &Model, integrator: &'static str, samples: &Samples<'_>) -> V
     let mut found = Vec::new();
     for number in 0..model.n_terms() {
         let term = model.term(number);
-        let fits = candidates::of_term(term).par_iter();
-        let fits = fits.filter(|change| base.is_cancelled(change) && !base.vanishes(change));
+        let all = candidates::of_term(term).par_iter();
+        let fits = all.filter(|change| base.cancels(change) == Some(false));
         found.extend(fits.cloned().collect::<Vec<Change>>());
         for quantities in candidates::groups(term) {
             let make = |factor: f64| candidates::factor(term, quantities, factor);
@@ -327,11 +327,15 @@ impl<'a> Base<'a> {
 
     /// The contribution of a change to the residual of the sample of this number.
     fn effect(&self, change: &Change, number: usize) -> Option<Vec<f64>> {
+        self.term_and_effect(change, number).map(|(_, effect)| effect)
+    }
+
+    /// The number of the term that it changes, and the same.
+    fn term_and_effect(&self, change: &Change, number: usize) -> Option<(usize, Vec<f64>)> {
         if self.model.is_over() {
             return None;
         }
-        let (sample, parts) = (&self.samples[number].sample, &self.parts[number]);
-        self.model.effect(change, sample, parts).map(|(_, effect)| effect)
+        self.model.effect(change, &self.samples[number].sample, &self.parts[number])
     }
 
     /// Whether some residual does not vanish.
@@ -346,32 +350,34 @@ impl<'a> Base<'a> {
         self.samples.iter().map(|evidence| &evidence.sample).zip(&self.residuals)
     }
 
-    /// Whether a changed formula is 0 in every sample, as by a parameter that is 0: they show that the value is missing, and
-    /// not why.
-    fn vanishes(&self, change: &Change) -> bool {
-        if !matches!(change.effect, Effect::Formula(..)) {
-            return false;
-        }
-        let quantities = change.effect.quantities();
-        self.samples.iter().zip(&self.parts).all(|(evidence, parts)| {
-            let Some((term, effect)) = self.model.effect(change, &evidence.sample, parts) else {
-                return false;
-            };
-            let old = |dof: usize| -> f64 {
-                quantities.iter().map(|quantity| parts.of(term, *quantity)[dof]).sum()
-            };
-            effect.iter().enumerate().all(|(dof, effect)| effect + old(dof) == 0.0)
-        })
+    /// Whether a formula with this effect on the sample of this number is 0 there, as by a parameter that is 0: where all
+    /// samples are so, they show that the value is missing, and not why.
+    fn is_zero(&self, change: &Change, number: usize, term: usize, effect: &[f64]) -> bool {
+        let old = |dof: usize| -> f64 {
+            let quantities = change.effect.quantities().iter();
+            quantities.map(|quantity| self.parts[number].of(term, *quantity)[dof]).sum()
+        };
+        matches!(change.effect, Effect::Formula(..))
+            && effect.iter().enumerate().all(|(dof, effect)| effect + old(dof) == 0.0)
     }
 
+    /// Whether a change cancels the residuals.
     fn is_cancelled(&self, change: &Change) -> bool {
-        self.residuals.iter().enumerate().all(|(number, (residual, bound))| {
-            let Some(effect) = self.effect(change, number) else { return false };
+        self.cancels(change).is_some()
+    }
+
+    /// If a change cancels the residuals, whether by a formula that is 0 in all samples.
+    fn cancels(&self, change: &Change) -> Option<bool> {
+        let mut is_missing = true;
+        let is_it = self.residuals.iter().enumerate().all(|(number, (residual, bound))| {
+            let Some((term, effect)) = self.term_and_effect(change, number) else { return false };
+            is_missing = is_missing && self.is_zero(change, number, term, &effect);
             effect
                 .iter()
                 .zip(residual)
                 .all(|(effect, residual)| (residual + effect).abs() <= *bound)
-        })
+        });
+        is_it.then_some(is_missing)
     }
 
     /// The number with which a changed force cancels the residual, if there is one.
@@ -480,12 +486,15 @@ pub(super) fn pairs_of(scene: &SceneEvidence<'_>, made: &[Change]) -> Vec<Vec<Ch
     // Effects on all samples, in units of their bounds.
     let effect = |change: &&'static Change| -> Option<(&'static Change, Vec<f64>)> {
         let mut whole = Vec::new();
+        let mut is_missing = true;
         for (number, (_, bound)) in base.residuals.iter().enumerate() {
-            let effect = base.effect(change, number)?;
+            let (term, effect) = base.term_and_effect(change, number)?;
+            is_missing = is_missing && base.is_zero(change, number, term, &effect);
             whole.extend(effect.into_iter().map(|value| value / bound));
         }
-        let is_there = whole.iter().any(|value| value.abs() > 1.0) && !base.vanishes(change);
-        (is_there && whole.iter().all(|value| value.is_finite())).then_some((*change, whole))
+        let is_there = whole.iter().any(|value| value.abs() > 1.0);
+        (is_there && !is_missing && whole.iter().all(|value| value.is_finite()))
+            .then_some((*change, whole))
     };
     let effects: Vec<(&Change, Vec<f64>)> = all.par_iter().filter_map(effect).collect();
     let residual: Vec<f64> = base

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use scene::Scene;
 use scene::schema::{Convergence, IntegratorSchema};
 
-use crate::cause::{self, Evidence, is_proven};
+use crate::cause::{self, Evidence};
 use crate::choices::{Choices, mutated, simplest};
 use crate::draw::{Drawn, Pair, Scope, Sketch, draw, pairs, plain, read};
 use crate::judge::{How, Judge, Judgement, Nothing, Run, Subject, Wrong};
@@ -475,7 +475,7 @@ impl Tested<'_> {
                 scenes.iter().copied().min_by_key(|number| measure(&failures[*number].scene));
             let Some(simplest) = simplest else { continue };
             let is_of_it = |finding: &&Finding| {
-                is_proven(finding) && finding.scenes.contains(&simplest.to_string())
+                finding.is_proven() && finding.scenes.contains(&simplest.to_string())
             };
             // A proven cause has one entry: what it explains leaves the places to others.
             let entry = |finding: &Finding| {
@@ -538,7 +538,7 @@ impl Tested<'_> {
         discovery.text = plain(scene).unwrap_or_default();
         if discovery.proven.is_none() {
             let alone = cause::find(&[Evidence::Wrong(scene, wrong)]).findings.list;
-            discovery.possible = alone.into_iter().find(is_proven);
+            discovery.possible = alone.into_iter().find(Finding::is_proven);
         }
         if !wrong.states.is_empty() && self.subject.has_symmetries() {
             let broken = symmetry::broken(self.judge, self.subject, scene, &wrong.states);

@@ -2,9 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use diagnosis::findings::{
-    Diagnosis, Finding, FindingKind, Findings, FirstWrong, JudgedScene, Outcome, Thresholds,
-};
+use diagnosis::findings::{Diagnosis, Findings, FirstWrong, JudgedScene, Outcome, Thresholds};
 use grader::grading::outcome;
 use grader::verdict::Verdict;
 use scene::Scene;
@@ -83,15 +81,10 @@ fn judged<'a>(scene: Evidence<'a>, name: &'a str) -> JudgedScene<'a> {
     }
 }
 
-/// Whether a finding is a cause that replay has proven, or a term whose absence it has.
-pub fn is_proven(finding: &Finding) -> bool {
-    finding.kind == FindingKind::Cause || finding.kind.is_lack()
-}
-
 /// Whether a failure alone shows one of these causes, in words.
 pub fn shows(scene: &Scene, wrong: &Wrong, words: &[String]) -> bool {
     let found = find(&[Evidence::Wrong(scene, wrong)]);
-    let mut proven = found.findings.list.iter().filter(|finding| is_proven(finding));
+    let mut proven = found.findings.list.iter().filter(|finding| finding.is_proven());
     proven.any(|finding| finding.words.iter().any(|word| words.contains(word)))
 }
 
@@ -127,7 +120,7 @@ mod tests {
         let proven = |ceiling: u64| {
             let limits = Thresholds { ceiling, ..limits };
             let found = find_within(&[Evidence::Wrong(&scene, &wrong)], &limits);
-            found.findings.list.iter().any(is_proven)
+            found.findings.list.iter().any(|finding| finding.is_proven())
         };
         assert!(proven(limits.ceiling));
         assert!(!proven(0));

@@ -321,9 +321,8 @@ impl<'a> Drawn<'a> {
         let false_findings = blaming.filter(|finding| is_false(&finding.features));
         let named = |mistake: &&Mistake, proven: bool| {
             list.iter().any(|finding| {
-                let is_proven = finding.kind == FindingKind::Cause || finding.kind.is_lack();
                 let names = |feature: &Feature| is_it(mistake.feature(), *feature);
-                finding.features.iter().any(names) && (is_proven || !proven)
+                finding.features.iter().any(names) && (finding.is_proven() || !proven)
             })
         };
         let on_mistakes = list.iter().find(|finding| {

@@ -472,9 +472,7 @@ fn a_mistake_beside_wrong_times_is_named() {
 
 #[test]
 fn jacobians_at_the_motion_alone_are_named_where_some_are_not_finite() {
-    let words = "linearized-implicit-euler: dF/dx is evaluated at the positions h v, not x + h v";
-    let found = findings(&[candidate(words)], |states| states);
-    assert_cause(&found, words);
+    assert_cause("linearized-implicit-euler: dF/dx is evaluated at the positions h v, not x + h v");
 }
 
 #[test]
@@ -867,8 +865,9 @@ fn said(found: &[Finding]) -> Vec<&str> {
     found.iter().filter(is_said).flat_map(|finding| &finding.words).map(String::as_str).collect()
 }
 
-/// Whether this cause is among others.
-fn assert_cause(found: &[Finding], words: &str) {
+/// Plants a change, and asserts that it is a cause among others.
+fn assert_cause(words: &str) {
+    let found = findings(&[candidate(words)], |states| states);
     let is_it = |finding: &Finding| finding.kind == FindingKind::Cause && finding.words == [words];
     assert!(found.iter().any(is_it), "{found:#?}");
 }
@@ -1571,9 +1570,7 @@ fn a_jacobian_that_is_missing_is_not_called_multiplied_by_a_parameter_that_is_0(
 
 #[test]
 fn masses_that_are_0_along_an_axis_are_named() {
-    let words = "masses along y are 0, in forces as well";
-    let found = findings(&[candidate(words)], |states| states);
-    assert_cause(&found, words);
+    assert_cause("masses along y are 0, in forces as well");
 }
 
 #[test]

@@ -538,9 +538,10 @@ impl Model {
             accumulate(false, &u);
             if !(reached && newton.drops_last && !linearized) {
                 for (dof, (u, delta)) in u.iter_mut().zip(&delta).enumerate() {
-                    let applied = match linearized {
-                        true => power(self.mass[dof], self.rules.scaled),
-                        false => newton.relaxation,
+                    let applied = if linearized {
+                        power(self.mass[dof], self.rules.scaled)
+                    } else {
+                        newton.relaxation
                     };
                     let kept = match self.rules.whole.filter(|_| linearized) {
                         Some(of_free) if !(of_free && self.fixed[dof]) => 0.0,

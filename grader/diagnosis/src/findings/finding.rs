@@ -96,6 +96,11 @@ impl Finding {
         Self { kind, features, words, scenes, open: 0, unexplained: 0, example: None }
     }
 
+    /// Whether it is a cause that replay has proven, or a feature whose absence it has.
+    pub fn is_proven(&self) -> bool {
+        self.kind == FindingKind::Cause || self.kind.is_lack()
+    }
+
     /// Whether it is about the scene of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.scenes.iter().any(|one| one == name)

@@ -208,45 +208,7 @@ impl Undo {
                     each.for_each(|(v, one)| v.iter_mut().for_each(|v| *v /= one.mass));
                 }
             }
-            Self::Unwritten(axis) => {
-                use StepEquation::{
-                    ExplicitEuler, ImplicitEuler, LinearizedImplicitEuler, SymplecticEuler,
-                };
-                let of_method = match scene.integrator.equation {
-                    ExplicitEuler => true,
-                    SymplecticEuler | LinearizedImplicitEuler | ImplicitEuler => false,
-                    _ => return None,
-                };
-                // Positions along other axes show with which velocity the program moves them.
-                let h = scene.time_step;
-                let off = |pair: &[State], velocities: &State| {
-                    let moved = pair[0].positions.iter().zip(&pair[1].positions);
-                    let each = moved.zip(&velocities.velocities).enumerate();
-                    let others = each.filter(|(dof, _)| dof % axes != axis);
-                    others.map(|(_, ((x, after), v))| (after - x - h * v).abs()).fold(0.0, f64::max)
-                };
-                let most = |which: usize| {
-                    states.windows(2).map(|pair| off(pair, &pair[which])).fold(0.0, f64::max)
-                };
-                let [old, new] = [most(0), most(1)];
-                let is_old = old < SAME * new || of_method && new >= SAME * old;
-                let initial = scene.velocities();
-                let mut differences: Vec<Vec<f64>> = states
-                    .windows(2)
-                    .map(|pair| {
-                        let both = pair[0].positions.iter().zip(&pair[1].positions);
-                        both.map(|(before, after)| (after - before) / scene.time_step).collect()
-                    })
-                    .collect();
-                match is_old {
-                    true => drop(states.pop()),
-                    false => differences.insert(0, initial),
-                }
-                for (state, from) in states.iter_mut().zip(differences) {
-                    let along = state.velocities.iter_mut().zip(from).skip(axis).step_by(axes);
-                    along.for_each(|(velocity, difference)| *velocity = difference);
-                }
-            }
+            Self::Unwritten(axis) => derive_velocities(&scene, &mut states, axis)?,
             Self::TimeStep(rule) => scene.time_step = TIME_STEPS[rule].1(&scene),
             Self::ConstantStep(step) => scene.time_step = step,
             Self::Renumbered => {}
@@ -354,6 +316,44 @@ impl Restored {
 /// Whether a state is the scene's initial one, up to the order of operations.
 pub(super) fn is_start(scene: &Scene, state: &State) -> bool {
     same(&state.positions, &scene.positions()) && same(&state.velocities, &scene.velocities())
+}
+
+/// Takes the velocities along an axis from the positions after and before; the last state goes where they are those before
+/// the step. `None` where the steps of the method do not say which.
+fn derive_velocities(scene: &Scene, states: &mut Vec<State>, axis: usize) -> Option<()> {
+    let of_method = match scene.integrator.equation {
+        StepEquation::ExplicitEuler => true,
+        StepEquation::SymplecticEuler
+        | StepEquation::LinearizedImplicitEuler
+        | StepEquation::ImplicitEuler => false,
+        _ => return None,
+    };
+    let (h, axes) = (scene.time_step, scene.dimension.count());
+    let moved = |pair: &[State]| -> Vec<f64> {
+        let both = pair[0].positions.iter().zip(&pair[1].positions);
+        both.map(|(before, after)| (after - before) / h).collect()
+    };
+    let mut differences: Vec<Vec<f64>> = states.windows(2).map(moved).collect();
+    // Positions along other axes show with which velocity the program moves them.
+    let most = |which: usize| {
+        let pairs = states.windows(2).flat_map(|pair| {
+            let both = pair[0].positions.iter().zip(&pair[1].positions);
+            let each = both.zip(&pair[which].velocities).enumerate();
+            each.filter(|(dof, _)| dof % axes != axis).map(|(_, ((x, after), v))| after - x - h * v)
+        });
+        pairs.map(f64::abs).fold(0.0, f64::max)
+    };
+    let [old, new] = [most(0), most(1)];
+    if old < SAME * new || of_method && new >= SAME * old {
+        states.pop();
+    } else {
+        differences.insert(0, scene.velocities());
+    }
+    for (state, from) in states.iter_mut().zip(differences) {
+        let along = state.velocities.iter_mut().zip(from).skip(axis).step_by(axes);
+        along.for_each(|(velocity, difference)| *velocity = difference);
+    }
+    Some(())
 }
 
 /// Whether a step is off by no more than differences of positions, in the place of velocities, are.

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use clap::Args;
 use fuzzing::campaign::{self, Discovery};
-use fuzzing::cause::is_proven;
 use fuzzing::draw::Scope;
 use fuzzing::report::text;
 use fuzzing::shrink::{Effort, measure};
@@ -104,7 +103,7 @@ fn smallest(
     if result.comparison.verdict.is_pass() || case.format() != "xml" {
         return None;
     }
-    let mut proven = grading.findings.list.iter().filter(|finding| is_proven(finding));
+    let mut proven = grading.findings.list.iter().filter(|finding| finding.is_proven());
     let proven = proven.find(|finding| finding.scenes.contains(&case.id)).cloned();
     let scope = inputs.assignment.as_ref().map(|assignment| Scope::of(assignment.scope()));
     let scope = scope.unwrap_or_else(Scope::all);

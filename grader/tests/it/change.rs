@@ -56,7 +56,7 @@ fn a_step_with_another_number_satisfies_the_equation_with_that_number() {
 #[test]
 fn the_derivatives_of_formulas_with_numbers_are_their_differences() {
     let at = |d: Vector3<f64>| Inputs {
-        parameters: [0.7; 4].into(),
+        parameters: &[0.7; 4],
         masses: [1.5, 2.5],
         h: 0.01,
         d,

@@ -5,9 +5,10 @@
 //! dimensions. Cost: one visit of each node.
 
 use std::fmt;
+use std::iter;
+use std::ops::{AddAssign, MulAssign};
 
 use nalgebra::{Matrix3, Vector3};
-use scene::Parameters;
 
 use super::helper::{self, Helper};
 use super::{Axes, power};
@@ -97,9 +98,9 @@ pub enum Function {
 
 /// The arguments of a formula for one element.
 #[derive(Debug, Clone)]
-pub struct Inputs {
+pub struct Inputs<'a> {
     /// Parameters, in the order of the registry.
-    pub parameters: Parameters,
+    pub parameters: &'a [f64],
     /// Masses of `i` and `j`.
     pub masses: [f64; 2],
     /// Time step.
@@ -138,30 +139,6 @@ pub enum Value {
 
 impl Value {
     const INVALID: Self = Self::Number(f64::NAN);
-
-    fn plus(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::Number(a), Self::Number(b)) => Self::Number(a + b),
-            (Self::Vector(a), Self::Vector(b)) => Self::Vector(a + b),
-            (Self::Matrix(a), Self::Matrix(b)) => Self::Matrix(a + b),
-            _ => Self::INVALID,
-        }
-    }
-
-    fn times(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::Number(a), Self::Number(b)) => Self::Number(a * b),
-            (Self::Number(a), Self::Vector(b)) | (Self::Vector(b), Self::Number(a)) => {
-                Self::Vector(b * a)
-            }
-            (Self::Number(a), Self::Matrix(b)) | (Self::Matrix(b), Self::Number(a)) => {
-                Self::Matrix(b * a)
-            }
-            (Self::Matrix(a), Self::Vector(b)) => Self::Vector(a * b),
-            (Self::Matrix(a), Self::Matrix(b)) => Self::Matrix(a * b),
-            _ => Self::INVALID,
-        }
-    }
 
     /// The vector; NaN for another kind of value.
     pub fn vector(self) -> Vector3<f64> {
@@ -206,35 +183,85 @@ impl Value {
     }
 }
 
-impl Inputs {
+// Kinds are added and multiplied in place: a value is nine numbers long.
+
+impl AddAssign<&Self> for Value {
+    fn add_assign(&mut self, other: &Self) {
+        match (&mut *self, other) {
+            (Self::Number(a), Self::Number(b)) => *a += b,
+            (Self::Vector(a), Self::Vector(b)) => *a += b,
+            (Self::Matrix(a), Self::Matrix(b)) => *a += b,
+            _ => *self = Self::INVALID,
+        }
+    }
+}
+
+impl MulAssign<&Self> for Value {
+    fn mul_assign(&mut self, other: &Self) {
+        *self = match (&mut *self, other) {
+            (Self::Number(a), Self::Number(b)) => return *a *= b,
+            (Self::Vector(a), Self::Number(b)) => return *a *= *b,
+            (Self::Matrix(a), Self::Number(b)) => return *a *= *b,
+            (Self::Number(a), Self::Vector(b)) => Self::Vector(b * *a),
+            (Self::Number(a), Self::Matrix(b)) => Self::Matrix(b * *a),
+            (Self::Matrix(a), Self::Vector(b)) => Self::Vector(*a * b),
+            (Self::Matrix(a), Self::Matrix(b)) => Self::Matrix(*a * b),
+            _ => Self::INVALID,
+        }
+    }
+}
+
+/// The sum of values; `None` if there is none.
+fn sum(mut values: impl Iterator<Item = Value>) -> Option<Value> {
+    let mut sum = values.next()?;
+    values.for_each(|value| sum += &value);
+    Some(sum)
+}
+
+/// The product of values, from left to right; `None` if there is none.
+fn product(mut values: impl Iterator<Item = Value>) -> Option<Value> {
+    let mut product = values.next()?;
+    values.for_each(|value| product *= &value);
+    Some(product)
+}
+
+impl Inputs<'_> {
     fn n(&self) -> Vector3<f64> {
         helper::direction(self.helper, self.d, self.l)
     }
 }
 
 impl Leaf {
-    fn value(self, at: &Inputs) -> Value {
+    /// The value of a leaf that is a number.
+    fn number(self, at: &Inputs<'_>) -> Option<f64> {
+        Some(match self {
+            Self::Parameter(number, _) => at.parameters[number],
+            Self::Mass(side) => at.masses[side],
+            Self::Length => at.l,
+            Self::SumLength => at.d.abs().sum(),
+            Self::LargestLength => at.d.amax(),
+            Self::TimeStep => at.h,
+            Self::Speed => helper::length(at.helper, &at.v[0]),
+            _ => return None,
+        })
+    }
+
+    fn value(self, at: &Inputs<'_>) -> Value {
         match self {
-            Self::Parameter(number, _) => Value::Number(at.parameters[number]),
-            Self::Mass(side) => Value::Number(at.masses[side]),
-            Self::Length => Value::Number(at.l),
-            Self::SumLength => Value::Number(at.d.abs().sum()),
-            Self::LargestLength => Value::Number(at.d.amax()),
             Self::Axis(axis) => Value::Vector(Vector3::ith(axis, 1.0)),
-            Self::TimeStep => Value::Number(at.h),
             Self::Difference => Value::Vector(at.d),
             Self::Direction => Value::Vector(at.n()),
             Self::RelativeVelocity => Value::Vector(at.v[0] - at.v[1]),
             Self::Velocity(side) => Value::Vector(at.v[side]),
-            Self::Speed => Value::Number(helper::length(at.helper, &at.v[0])),
             Self::Identity => Value::Matrix(Matrix3::identity()),
             // The quarter turn maps z to itself.
             Self::Turn => Value::Matrix(Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)),
             Self::Field => Value::Vector(Vector3::from_fn(|axis, _| at.parameters[axis])),
+            _ => self.number(at).map_or(Value::INVALID, Value::Number),
         }
     }
 
-    fn derivative(self, at: &Inputs, along: &Direction) -> Value {
+    fn derivative(self, at: &Inputs<'_>, along: &Direction) -> Value {
         let lengthening = || at.n().dot(&along.d);
         match self {
             Self::Length => Value::Number(lengthening()),
@@ -293,18 +320,46 @@ impl Expression {
         }
     }
 
+    /// The value of a formula that is a number; `None` for some that are, and for all others.
+    fn number(&self, at: &Inputs<'_>) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Leaf(leaf) => leaf.number(at),
+            Self::Sum(terms) => {
+                let mut numbers = terms.iter().map(|term| term.number(at));
+                let first = numbers.next()??;
+                numbers.try_fold(first, |sum, number| Some(sum + number?))
+            }
+            Self::Product(factors) => {
+                let mut numbers = factors.iter().map(|factor| factor.number(at));
+                numbers.try_fold(1.0, |product, number| Some(product * number?))
+            }
+            Self::Power(base, exponent) => match base.number(at)? {
+                0.0 if *exponent < 0 => Some(at.by_zero),
+                base => Some(power(base, *exponent)),
+            },
+            _ => None,
+        }
+    }
+
     /// The value.
-    pub fn value(&self, at: &Inputs) -> Value {
+    pub fn value(&self, at: &Inputs<'_>) -> Value {
         match self {
             Self::Number(number) => Value::Number(*number),
             Self::Leaf(leaf) => leaf.value(at),
             Self::Sum(terms) => {
-                let values = terms.iter().map(|term| term.value(at));
-                values.reduce(Value::plus).unwrap_or(Value::INVALID)
+                sum(terms.iter().map(|term| term.value(at))).unwrap_or(Value::INVALID)
             }
             Self::Product(factors) => {
-                let values = factors.iter().map(|factor| factor.value(at));
-                values.reduce(Value::times).unwrap_or(Value::Number(1.0))
+                // Most formulas are a vector or a matrix after some numbers.
+                let (mut number, mut rest) = (1.0, &factors[..]);
+                while let [first, others @ ..] = rest
+                    && let Some(factor) = first.number(at)
+                {
+                    (number, rest) = (number * factor, others);
+                }
+                let values = rest.iter().map(|factor| factor.value(at));
+                product(iter::once(Value::Number(number)).chain(values)).unwrap_or(Value::INVALID)
             }
             Self::Power(base, exponent) => match base.value(at) {
                 Value::Number(base) if base == 0.0 && *exponent < 0 => Value::Number(at.by_zero),
@@ -322,9 +377,12 @@ impl Expression {
                     Self::Product(factors) => &factors[..],
                     other => std::slice::from_ref(other),
                 };
-                let by_entry = |a: Value, b: Value| match (a, b) {
-                    (Value::Matrix(a), Value::Matrix(b)) => Value::Matrix(a.component_mul(&b)),
-                    (a, b) => a.times(b),
+                let by_entry = |mut a: Value, b: Value| {
+                    if let (Value::Matrix(a), Value::Matrix(b)) = (a, b) {
+                        return Value::Matrix(a.component_mul(&b));
+                    }
+                    a *= &b;
+                    a
                 };
                 let values = factors.iter().map(|factor| factor.value(at));
                 values.reduce(by_entry).unwrap_or(Value::INVALID)
@@ -348,13 +406,13 @@ impl Expression {
     }
 
     /// The derivative as the arguments change along `along`.
-    pub fn derivative(&self, at: &Inputs, along: &Direction) -> Value {
+    pub fn derivative(&self, at: &Inputs<'_>, along: &Direction) -> Value {
         match self {
             Self::Number(_) => Value::Number(0.0),
             Self::Leaf(leaf) => leaf.derivative(at, along),
             Self::Sum(terms) => {
                 let values = terms.iter().map(|term| term.derivative(at, along));
-                values.reduce(Value::plus).unwrap_or(Value::INVALID)
+                sum(values).unwrap_or(Value::INVALID)
             }
             Self::Product(factors) => {
                 let values: Vec<Value> = factors.iter().map(|factor| factor.value(at)).collect();
@@ -362,10 +420,9 @@ impl Expression {
                     let changed = factors[place].derivative(at, along);
                     let each =
                         |(k, value): (usize, &Value)| if k == place { changed } else { *value };
-                    values.iter().enumerate().map(each).reduce(Value::times)
+                    product(values.iter().enumerate().map(each))
                 };
-                let sum = (0..factors.len()).filter_map(with).reduce(Value::plus);
-                sum.unwrap_or(Value::Number(0.0))
+                sum((0..factors.len()).filter_map(with)).unwrap_or(Value::Number(0.0))
             }
             Self::Power(base, exponent) => match (base.value(at), base.derivative(at, along)) {
                 (Value::Number(base), Value::Number(change)) => {
@@ -374,12 +431,14 @@ impl Expression {
                 _ => Value::INVALID,
             },
             Self::Dot(a, b) => {
-                let first = a.derivative(at, along).dot(b.value(at));
-                first.plus(a.value(at).dot(b.derivative(at, along)))
+                let mut both = a.derivative(at, along).dot(b.value(at));
+                both += &a.value(at).dot(b.derivative(at, along));
+                both
             }
             Self::Outer(a, b) => {
-                let first = a.derivative(at, along).outer(b.value(at));
-                first.plus(a.value(at).outer(b.derivative(at, along)))
+                let mut both = a.derivative(at, along).outer(b.value(at));
+                both += &a.value(at).outer(b.derivative(at, along));
+                both
             }
             Self::Transposed(inner) => match inner.derivative(at, along) {
                 Value::Matrix(matrix) => Value::Matrix(matrix.transpose()),

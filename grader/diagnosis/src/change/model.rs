@@ -58,31 +58,31 @@ pub struct Sample {
 
 /// A point at which forces are evaluated.
 #[derive(Debug, Clone)]
-pub(super) struct Point {
+pub(super) struct Point<'a> {
     pub(super) x: Vec<f64>,
     pub(super) v: Vec<f64>,
     pub(super) time: f64,
     /// The positions and velocities at the start of the step.
-    pub(super) start: [Vec<f64>; 2],
+    pub(super) start: [&'a [f64]; 2],
     /// Those at the start of the step before, where a term reads them.
-    pub(super) earlier: Option<[Vec<f64>; 2]>,
+    pub(super) earlier: Option<[&'a [f64]; 2]>,
     /// The velocities that other forces give, where one term reads them. Another one has `v`.
     pub(super) given: Vec<f64>,
 }
 
-impl Point {
+impl<'a> Point<'a> {
     /// The start of a step.
-    pub(super) fn new(x: &[f64], v: &[f64], time: f64) -> Self {
-        let (x, v) = (x.to_vec(), v.to_vec());
-        Self { start: [x.clone(), v.clone()], x, v, time, earlier: None, given: Vec::new() }
+    pub(super) fn new(x: &'a [f64], v: &'a [f64], time: f64) -> Self {
+        let start = [x, v];
+        Self { x: x.to_vec(), v: v.to_vec(), time, start, earlier: None, given: Vec::new() }
     }
 
     /// The positions and velocities that a term reads.
     fn read(&self, from: Option<Start>, fixed: &[bool], axes: usize) -> [Cow<'_, [f64]>; 2] {
-        let [x, v] = &self.start;
-        let [x_earlier, v_earlier] = self.earlier.as_ref().unwrap_or(&self.start);
+        let [x, v] = self.start;
+        let [x_earlier, v_earlier] = self.earlier.unwrap_or(self.start);
         let rest = |(v, at_rest): (&f64, bool)| if at_rest { 0.0 } else { *v };
-        let [x, v] = match from {
+        let [x, v]: [&[f64]; 2] = match from {
             Some(Start::EarlierPositions) => [x_earlier, &self.v],
             Some(Start::EarlierVelocities) => [&self.x, v_earlier],
             Some(Start::OtherForces) if !self.given.is_empty() => [&self.x, &self.given],
@@ -802,7 +802,7 @@ impl Model {
         &self,
         model: &TermModel,
         quantity: Quantity,
-        at: &Point,
+        at: &Point<'_>,
         delta: &[f64],
     ) -> Vec<f64> {
         let mut sum = vec![0.0; at.x.len()];
@@ -820,7 +820,7 @@ impl Model {
         &self,
         term: usize,
         measures: &[Measure],
-        at: &Point,
+        at: &Point<'_>,
     ) -> Vec<(TermModel, Vec<Option<f64>>)> {
         let model = &self.terms[term];
         let of = |element: &Element, particles: &[usize], particle: Option<usize>| {
@@ -880,12 +880,12 @@ impl Model {
     }
 
     /// The sum of all forces.
-    pub(super) fn force(&self, at: &Point) -> Vec<f64> {
+    pub(super) fn force(&self, at: &Point<'_>) -> Vec<f64> {
         self.force_without(at, None)
     }
 
     /// The sum of all forces but one.
-    pub(super) fn force_without(&self, at: &Point, left_out: Option<Term>) -> Vec<f64> {
+    pub(super) fn force_without(&self, at: &Point<'_>, left_out: Option<Term>) -> Vec<f64> {
         let mut sum = vec![0.0; at.x.len()];
         let terms = self.terms.iter().filter(|model| Some(model.term) != left_out);
         terms.for_each(|model| self.add_force(model, at, &mut sum));
@@ -893,7 +893,7 @@ impl Model {
     }
 
     /// The sum of all Jacobians of a kind.
-    pub(super) fn jacobian(&self, quantity: Quantity, at: &Point) -> DMatrix<f64> {
+    pub(super) fn jacobian(&self, quantity: Quantity, at: &Point<'_>) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(at.x.len(), at.x.len());
         for model in &self.terms {
             self.each_entry(model, quantity, at, &mut |row, column, value| {
@@ -908,7 +908,7 @@ impl Model {
         &self,
         model: &TermModel,
         quantity: Quantity,
-        at: &Point,
+        at: &Point<'_>,
         add: &mut dyn FnMut(usize, usize, f64),
     ) {
         let axes = self.dimension;
@@ -955,7 +955,7 @@ impl Model {
         });
     }
 
-    fn add_force(&self, model: &TermModel, at: &Point, sum: &mut [f64]) {
+    fn add_force(&self, model: &TermModel, at: &Point<'_>, sum: &mut [f64]) {
         let evaluation = &model.evaluations[0];
         self.work.add(cost::FORCE * self.n_evaluations(model, Quantity::Force));
         let [x, v] = &at.read(evaluation.start, &self.fixed, self.dimension);
@@ -1061,7 +1061,7 @@ impl Model {
         &self,
         model: &TermModel,
         quantity: Quantity,
-        at: &Point,
+        at: &Point<'_>,
         add: &mut impl FnMut(usize, usize, &Matrix3<f64>),
     ) {
         let place = usize::from(quantity == Quantity::ByVelocity);
@@ -1192,7 +1192,7 @@ impl Model {
         let masses = *masses;
         let by_velocity = quantity == Quantity::ByVelocity;
         for element in model.elements_of(quantity) {
-            let block = |inputs: &Inputs, side: usize, sign: f64| {
+            let block = |inputs: &Inputs<'_>, side: usize, sign: f64| {
                 let column = |axis: usize| {
                     let mut along = Direction::default();
                     match by_velocity {
@@ -1233,7 +1233,7 @@ impl Model {
     /// A particle at a point, as the element of a field.
     pub(super) fn at_particle<T>(
         &self,
-        at: &Point,
+        at: &Point<'_>,
         particle: usize,
         then: impl FnOnce(&Measured<'_>) -> T,
     ) -> T {
@@ -1300,14 +1300,14 @@ impl Model {
         })
     }
 
-    fn inputs(
+    fn inputs<'a>(
         &self,
         (model, quantity): (&TermModel, Quantity),
-        element: &Element,
+        element: &'a Element,
         [i, j]: [usize; 2],
         [x, v]: [&[f64]; 2],
         masses: Option<MassAt>,
-    ) -> Inputs {
+    ) -> Inputs<'a> {
         let helper = self.helper_of(model.term, quantity);
         let of_all = match helper {
             Some(Helper::Read(read)) => Some(read),
@@ -1366,7 +1366,7 @@ impl Model {
             ) => particle,
         };
         Inputs {
-            parameters: element.parameters.clone(),
+            parameters: &element.parameters,
             masses: [i, j].map(|particle| match mass_of(particle) {
                 read if read < self.scene.particles.len() => self.mass_at(read * self.dimension),
                 _ => 0.0,

@@ -238,7 +238,8 @@ impl Model {
         }
         let (masses, still) = ([1.0; 2], [Vector3::zeros(); 2]);
         let (d, l, h) = (v, v.norm(), self.h);
-        let at = Inputs { parameters, masses, h, d, v: still, l, helper: None, by_zero: 0.0 };
+        let (parameters, v) = (&*parameters, still);
+        let at = Inputs { parameters, masses, h, d, v, l, helper: None, by_zero: 0.0 };
         rounds.local.value(&at).vector()
     }
 

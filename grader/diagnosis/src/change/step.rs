@@ -15,7 +15,7 @@ use scene::trace::State;
 
 use super::gate::Measure;
 use super::memory::Memory;
-use super::model::{Model, Point, Sample, TermModel};
+use super::model::{MANY_ITERATIONS, Model, Point, Sample, TermModel};
 use super::work::cost;
 use super::{
     Accumulated, Carried, Change, Each, Factor, Guess, Hold, Kept, Large, Newton, Norm, Quantity,
@@ -351,7 +351,13 @@ impl Model {
     }
 
     /// Where forces are evaluated, at the velocities `u`.
-    fn force_point(&self, time: f64, earlier: Option<&State>, old: &State, u: &[f64]) -> Point {
+    fn force_point<'a>(
+        &self,
+        time: f64,
+        earlier: Option<&'a State>,
+        old: &'a State,
+        u: &[f64],
+    ) -> Point<'a> {
         let standard = if self.is_implicit() { 1.0 } else { 0.0 };
         let at = self.rules.forces_at.unwrap_or(standard);
         let mut at = match (self.rules.stale, earlier) {
@@ -368,7 +374,7 @@ impl Model {
     }
 
     /// Puts others in the place of the positions or velocities at which a quantity is evaluated.
-    fn displace(&self, at: &mut Point, old: &State, u: &[f64], quantity: Quantity) {
+    fn displace(&self, at: &mut Point<'_>, old: &State, u: &[f64], quantity: Quantity) {
         let pairs = old.velocities.iter().zip(u);
         match self.rules.seen_at {
             Some(SeenAt::Displaced { jacobians }) if jacobians || quantity == Quantity::Force => {
@@ -392,7 +398,7 @@ impl Model {
     }
 
     /// `x + c h u`.
-    fn point(&self, time: f64, old: &State, u: &[f64], c: f64) -> Point {
+    fn point<'a>(&self, time: f64, old: &'a State, u: &[f64], c: f64) -> Point<'a> {
         let [along, u] = self.rules.unmoved.map(|is_unmoved| {
             let is_unmoved = is_unmoved && self.method == Some(OnePoint::Implicit);
             if is_unmoved { &old.velocities } else { u }
@@ -437,7 +443,7 @@ impl Model {
             }
         }
         let time = if self.is_implicit() { time + self.h } else { time };
-        let start = [old.positions.clone(), old.velocities.clone()];
+        let start = [&*old.positions, &*old.velocities];
         Point { x, v: u, time, start, earlier: None, given: Vec::new() }
     }
 
@@ -448,15 +454,15 @@ impl Model {
     }
 
     /// The same point, with what terms read in the place of its values.
-    fn with_others(&self, mut at: Point, earlier: Option<&State>) -> Point {
+    fn with_others<'a>(&self, mut at: Point<'a>, earlier: Option<&'a State>) -> Point<'a> {
         if self.reads(|start| matches!(start, Start::EarlierPositions | Start::EarlierVelocities)) {
-            at.earlier = earlier.map(|state| [state.positions.clone(), state.velocities.clone()]);
+            at.earlier = earlier.map(|state| [&*state.positions, &*state.velocities]);
         }
         at
     }
 
     /// The velocities that all forces but those of a term give, in an explicit step.
-    fn given_by_others(&self, at: &Point, term: Term) -> Vec<f64> {
+    fn given_by_others(&self, at: &Point<'_>, term: Term) -> Vec<f64> {
         let force = self.force_without(at, Some(term));
         let given = |(dof, v): (usize, &f64)| match self.is_held(dof) {
             true => *v,
@@ -467,14 +473,14 @@ impl Model {
 
     /// The point at which a Jacobian is evaluated for the velocities `u`. `None` in the first step of
     /// [`Rule::StaleJacobians`](super::Rule::StaleJacobians): its matrix has no Jacobians yet.
-    fn jacobian_point(
+    fn jacobian_point<'a>(
         &self,
         quantity: Quantity,
         time: f64,
-        earlier: Option<&State>,
-        old: &State,
+        earlier: Option<&'a State>,
+        old: &'a State,
         u: &[f64],
-    ) -> Option<Point> {
+    ) -> Option<Point<'a>> {
         let (of, u) = match earlier {
             Some(earlier) if self.rules.stale_jacobians => (earlier, &*earlier.velocities),
             None if self.rules.stale_jacobians => return None,
@@ -512,7 +518,7 @@ impl Model {
         };
         let guess = if linearized { Guess::Old } else { newton.guess };
         let mut u = self.first_guess(guess, time, old);
-        let mut made = 0;
+        let (mut made, mut sizes) = (0, Vec::new());
         let mut reached = linearized && most == 1;
         let mut from = Cow::Borrowed(old);
         let mut of_step = Memory::default();
@@ -527,7 +533,9 @@ impl Model {
                 break;
             };
             made += 1;
-            reached |= self.size(newton.norm, &delta) < newton.tolerance;
+            let size = self.size(newton.norm, &delta);
+            reached |= size < newton.tolerance;
+            sizes.push(size);
             let accumulated = self.rules.accumulated.filter(|_| !linearized);
             let mut accumulate = |is_after: bool, u: &[f64]| {
                 if accumulated.is_some_and(|by| (by == Accumulated::After) == is_after) {
@@ -556,7 +564,7 @@ impl Model {
                 }
             }
             accumulate(true, &u);
-            if reached {
+            if reached || most == MANY_ITERATIONS && !can_converge(&sizes, newton.tolerance) {
                 break;
             }
         }
@@ -639,7 +647,7 @@ impl Model {
     ) -> Option<Vec<f64>> {
         let kept = self.rules.kept.or(self.rules.first_jacobians.then_some(FIRST_JACOBIANS));
         let displaced = memory.velocities(kept, u).map(<[f64]>::to_vec);
-        let displace = |at: &mut Point| {
+        let displace = |at: &mut Point<'_>| {
             for (x, (first, u)) in at.x.iter_mut().zip(displaced.iter().flatten().zip(u)) {
                 *x += self.h * (first - u);
             }
@@ -675,24 +683,35 @@ impl Model {
             _ => {}
         }
         let n_masses = memory.masses(kept, self.h);
-        let jacobians = |row: usize, column: usize, is_late: bool| {
-            let [of_k, of_b] = self.matrix_coefficients(self.mass[row]);
-            let side =
-                if self.rules.column_masses { self.mass[row] / self.mass[column] } else { 1.0 };
+        // Of each row, the factors of both Jacobians that are in the matrix before fixed particles are held, or added after that.
+        let factors = |is_late: bool| -> Vec<[f64; 2]> {
             let [late_k, late_b] = self.fixed_rules.late;
-            let part = |is_its: bool, value: f64| if is_its == is_late { value } else { 0.0 };
-            side * (part(late_k, of_k * k[(row, column)]) + part(late_b, of_b * b[(row, column)]))
-        };
-        let mut matrix = DMatrix::from_fn(size, size, |row, column| {
-            let inertia = match row == column {
-                true => {
-                    let mass = self.matrix_mass(row);
-                    n_masses * mass.powi(self.rules.inertia_matrix) + self.rules.diagonal
-                }
-                false => 0.0,
+            let of = |mass: &f64| {
+                let [of_k, of_b] = self.matrix_coefficients(*mass);
+                let part = |is_its: bool, factor: f64| if is_its == is_late { factor } else { 0.0 };
+                [part(late_k, of_k), part(late_b, of_b)]
             };
-            inertia - jacobians(row, column, false)
-        });
+            self.mass.iter().map(of).collect()
+        };
+        let subtract = |matrix: &mut DMatrix<f64>, factors: &[[f64; 2]]| {
+            for column in 0..size {
+                for (row, [of_k, of_b]) in factors.iter().enumerate() {
+                    let side = match self.rules.column_masses {
+                        true => self.mass[row] / self.mass[column],
+                        false => 1.0,
+                    };
+                    let at = (row, column);
+                    matrix[at] -= side * (of_k * k[at] + of_b * b[at]);
+                }
+            }
+        };
+        let mut matrix = DMatrix::zeros(size, size);
+        for row in 0..size {
+            let mass = self.matrix_mass(row);
+            let inertia = n_masses * mass.powi(self.rules.inertia_matrix);
+            matrix[(row, row)] = inertia + self.rules.diagonal;
+        }
+        subtract(&mut matrix, &factors(false));
         let (power, sign) = self.rules.inertia_right;
         let mut right = DVector::from_fn(size, |dof, _| {
             let [is_whole, _] = self.rules.whole_change;
@@ -713,7 +732,7 @@ impl Model {
         }
         self.hold(&mut matrix, &mut right);
         if self.fixed_rules.late.contains(&true) {
-            matrix -= DMatrix::from_fn(size, size, |row, column| jacobians(row, column, true));
+            subtract(&mut matrix, &factors(true));
         }
         let mut delta = match self.rules.slip {
             None => matrix.lu().solve(&right)?,
@@ -730,7 +749,7 @@ impl Model {
     fn differences(
         &self,
         quantity: Quantity,
-        at: &Point,
+        at: &Point<'_>,
         (step, central): (f64, bool),
     ) -> DMatrix<f64> {
         let size = at.x.len();
@@ -756,7 +775,7 @@ impl Model {
     }
 
     /// Multiplies the values on some particles by a factor.
-    fn gate(&self, at: &Point, values: &mut [f64]) {
+    fn gate(&self, at: &Point<'_>, values: &mut [f64]) {
         let Some(gate) = self.rules.gate else { return };
         for (particle, values) in values.chunks_mut(self.dimension).enumerate() {
             let factor = self.at_particle(at, particle, |measured| gate.factor_of(measured));
@@ -897,7 +916,7 @@ impl Model {
     }
 
     /// The point of a step at which a value is evaluated, from its states.
-    fn evaluated_at(&self, quantity: Quantity, sample: &Sample) -> Option<Point> {
+    fn evaluated_at<'a>(&self, quantity: Quantity, sample: &'a Sample) -> Option<Point<'a>> {
         let time = self.time(sample.step);
         let old = &sample.before;
         let u = match self.method {
@@ -1037,7 +1056,7 @@ impl Model {
             at.given = self.given_by_others(&at, model.term);
         }
         if let Some(State { positions, velocities, .. }) = &sample.earlier {
-            at.earlier = Some([positions.clone(), velocities.clone()]);
+            at.earlier = Some([positions, velocities]);
         }
         let mut delta = self.solution(sample);
         if let (Some(factor), Quantity::ByPosition) = (self.rules.stiff_right, quantity) {
@@ -1074,7 +1093,7 @@ impl Model {
     fn value_one_by_one(
         &self,
         model: &TermModel,
-        at: &Point,
+        at: &Point<'_>,
         after: &State,
         each: Each,
         moves: bool,
@@ -1188,6 +1207,32 @@ impl Model {
             _ => self.fixed[dof] != self.fixed_rules.hold.exchanged,
         }
     }
+}
+
+/// Iterations between which sizes of updates are compared.
+const APART: usize = 10;
+
+/// How many such comparisons in a row show a rate.
+const STEADY: usize = 5;
+
+/// Whether updates of these sizes can fall below the tolerance within [`MANY_ITERATIONS`]: not so where they grow without
+/// bound, or change at a steady rate that is too slow.
+fn can_converge(sizes: &[f64], tolerance: f64) -> bool {
+    let compared = sizes.len() / APART;
+    let &[first, .., last] = sizes else { return true };
+    if compared < 2 || !sizes.len().is_multiple_of(APART) {
+        return true;
+    }
+    let before = |number: usize| sizes[sizes.len() - 1 - number * APART];
+    if last > 1e3 * first && last > 10.0 * before(1) {
+        return false;
+    }
+    let is_steady = |number: usize| (0.4..2.5).contains(&(before(number) / before(number + 1)));
+    if compared <= STEADY || !(0..STEADY).all(is_steady) {
+        return true;
+    }
+    let rate = (last / before(STEADY)).ln() / (STEADY * APART) as f64;
+    rate < 0.0 && (tolerance / last).ln() / rate < MANY_ITERATIONS as f64
 }
 
 /// What the iterations of a step keep from the first one.

@@ -3,21 +3,21 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Estimated nanoseconds of one processor, fitted to the processor time of searches: their times are within a fifth of what
-/// is counted.
+/// Estimated nanoseconds of one processor, fitted to the processor time of searches: half of their times are within a fifth
+/// of what is counted.
 pub(super) mod cost {
     /// A model of a scene, and a step with it.
-    pub(crate) const MODEL: usize = 25_000;
+    pub(crate) const MODEL: usize = 6_000;
     /// The force of a term on an element, or of a field on a particle.
-    pub(crate) const FORCE: usize = 330;
+    pub(crate) const FORCE: usize = 400;
     /// Its Jacobian.
-    pub(crate) const JACOBIAN: usize = 280;
+    pub(crate) const JACOBIAN: usize = 200;
     /// Its Jacobian, as the derivatives of its force.
-    pub(crate) const DERIVATIVES: usize = 2_000;
+    pub(crate) const DERIVATIVES: usize = 1_200;
     /// A coordinate of a term's contribution to a residual.
-    pub(crate) const COORDINATE: usize = 300;
+    pub(crate) const COORDINATE: usize = 400;
     /// An entry of a matrix that is assembled and factored.
-    pub(crate) const ENTRY: usize = 32;
+    pub(crate) const ENTRY: usize = 10;
 }
 
 /// A count that the models of a scene share, and its limit.

@@ -31,7 +31,7 @@ impl StateSource for States {
     }
 }
 
-/// The states of a scene with changes.
+/// The states of a scene with changes, up to the first that is not finite.
 fn states(scene: &Scene, changes: &[Change]) -> Vec<State> {
     let model = Model::new(scene, changes);
     let mut all = vec![model.start()];
@@ -39,7 +39,11 @@ fn states(scene: &Scene, changes: &[Change]) -> Vec<State> {
     for step in 0..scene.n_steps() {
         let earlier = all.len().checked_sub(2).map(|before| all[before].clone());
         let before = &all[all.len() - 1];
-        let Some(stepped) = model.step(&mut memory, step, earlier.as_ref(), before) else { break };
+        let Some(stepped) = model.step(&mut memory, step, earlier.as_ref(), before) else {
+            let numbers = vec![f64::NAN; before.positions.len()];
+            all.push(State { positions: numbers.clone(), velocities: numbers, time: None });
+            break;
+        };
         all.push(stepped.state);
     }
     all
@@ -361,6 +365,10 @@ const CHANGES: &[&str] = &[
     "springforce's elastic force has l² − l0 in the place of l − l0",
     "springforce's damping has v_i + v_j in the place of w along y",
     "linearized-implicit-euler: the elimination changes only the 3 entries of a row after the pivot",
+    "linearized-implicit-euler: back substitution stops before the first row",
+    "linearized-implicit-euler: after the Cholesky factorisation, back substitution stops before the first row",
+    "linearized-implicit-euler: after the Cholesky factorisation, forward substitution with L takes the place of back substitution with Lᵀ",
+    "linearized-implicit-euler: after the Cholesky factorisation, back substitution reads the matrix above the diagonal, not Lᵀ",
     "linearized-implicit-euler: the solution of the linear system is divided by the mass",
     "implicit methods add 1e3 masses to the diagonal entries of fixed particles, and do not clear their rows, columns and right-hand sides",
     "symplectic-euler: the force on the last particle is not divided by its mass",
@@ -660,6 +668,26 @@ fn a_slip_in_the_blocks_of_one_force_does_not_undo_one_of_all_forces() {
     let wrong = states(scene, std::slice::from_ref(&of_all));
     assert_ne!(states(scene, &[]), wrong);
     assert_eq!(states(scene, &[of_all, of_one]), wrong);
+}
+
+#[test]
+fn traces_that_end_early_have_a_wrong_duration_only_by_one_rule() {
+    let ended = |part: fn(&Scene) -> usize| {
+        findings_of(|scene| {
+            let mut all = states(scene, &[]);
+            all.truncate(part(scene).max(2));
+            all
+        })
+    };
+    let halved = ended(|scene| scene.n_steps() as usize / 2 + 1);
+    assert_said(&halved, &["reading the scene: wrong duration or dt"]);
+    let stopped =
+        "the number of states: too few, by another duration or dt, or as the program stops early";
+    let by_springs = ended(|scene| {
+        let n_springs = scene.forces.iter().filter(|one| one.schema.tag == "springforce").count();
+        if n_springs == 2 { 2 + scene.particles.len() } else { usize::MAX }
+    });
+    assert_said(&by_springs, &[stopped]);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! ```text
 //! elimination         without pivoting, or with pivoting by rows
 //! sweeps              of Gauss and Seidel's or Jacobi's method, from 0
+//! Cholesky            L Lᵀ of the lower triangle, in place: the matrix stays above the diagonal
 //! conjugate gradients n iterations from 0, exact for a symmetric matrix
 //! ```
 //!
@@ -55,6 +56,12 @@ pub enum Slip {
     LastUnknown,
     /// The first unknown stays zero.
     FirstUnknown,
+    /// Back substitution, in place, stops before the first row.
+    FirstRow,
+    /// There is no back substitution.
+    Forward,
+    /// A Cholesky factorisation, with this slip.
+    Cholesky(Cholesky),
     /// Matrix and right-hand side are in single precision.
     Single,
     /// Rows are exchanged, their right-hand sides are not.
@@ -73,6 +80,25 @@ pub enum Slip {
     ConjugateGradients,
     /// They end where the residual is smaller than this power of ten, relative to the right-hand side if so.
     EarlyGradients(i32, bool),
+}
+
+/// A slip in a Cholesky factorisation, or in the substitutions after it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cholesky {
+    /// Pivots are not replaced by their square roots.
+    NoRoot,
+    /// Forward substitution does not divide by the diagonal.
+    ForwardUndivided,
+    /// Back substitution does not divide by it.
+    BackUndivided,
+    /// Back substitution reads the matrix above the diagonal.
+    Above,
+    /// Forward substitution takes its place.
+    Twice,
+    /// It stops before the first row.
+    FirstRow,
+    /// There is none.
+    Forward,
 }
 
 /// A number is larger than another one from this multiple on.
@@ -120,7 +146,9 @@ impl Slip {
                 (slip, format!("the elimination changes only the {some} {place}"))
             })
         });
+        let cholesky = Cholesky::ALL.map(|(slip, words)| (Self::Cholesky(slip), words.to_owned()));
         plain
+            .chain(cholesky)
             .chain(SWEEPS.into_iter().flat_map(of))
             .chain(skips)
             .chain(early)
@@ -128,7 +156,7 @@ impl Slip {
             .collect()
     }
 
-    const PLAIN: [(Self, &'static str); 23] = [
+    const PLAIN: [(Self, &'static str); 25] = [
         (Self::LastRow, "the elimination leaves out the last row"),
         (Self::LastColumn, "the elimination leaves out the last column"),
         (Self::RightKept, "the elimination does not change the right-hand side"),
@@ -157,6 +185,8 @@ impl Slip {
         (Self::Alone, "back substitution subtracts no other unknown"),
         (Self::LastUnknown, "back substitution leaves the last unknown 0"),
         (Self::FirstUnknown, "back substitution leaves the first unknown 0"),
+        (Self::FirstRow, "back substitution stops before the first row"),
+        (Self::Forward, "there is no back substitution after the elimination"),
         (Self::Single, "the matrix and the right-hand side are rounded to single precision"),
         (Self::RightNotExchanged, "the elimination exchanges rows, and not their right-hand sides"),
         (Self::RowsNotExchanged, "the elimination exchanges right-hand sides, and not their rows"),
@@ -171,6 +201,7 @@ impl Slip {
         match self {
             Self::Sweeps(count) => return sweeps(&matrix, &right, count, true),
             Self::Jacobi(count) => return sweeps(&matrix, &right, count, false),
+            Self::Cholesky(slip) => return slip.solve(matrix, right),
             Self::ConjugateGradients => return conjugate_gradients(&matrix, right, 0.0),
             Self::EarlyGradients(power, is_relative) => {
                 let size = if is_relative { right.norm() } else { 1.0 };
@@ -243,8 +274,12 @@ impl Slip {
                 }
             }
         }
-        let mut unknowns = DVector::zeros(n);
-        let first = usize::from(self == Self::FirstUnknown);
+        let mut unknowns = match self {
+            Self::Forward => return right,
+            Self::FirstRow => right.clone(),
+            _ => DVector::zeros(n),
+        };
+        let first = usize::from(matches!(self, Self::FirstUnknown | Self::FirstRow));
         for row in (first..without(Self::LastUnknown)).rev() {
             let next = row + 1 + usize::from(self == Self::NextUnknown);
             let mut rest = right[row];
@@ -265,6 +300,74 @@ impl Slip {
             unknowns.iter_mut().for_each(|value| *value = f64::from(*value as f32));
         }
         unknowns
+    }
+}
+
+impl Cholesky {
+    /// Every slip, in words.
+    const ALL: [(Self, &'static str); 7] = [
+        (Self::NoRoot, "the Cholesky factorisation takes no square root of its pivots"),
+        (
+            Self::ForwardUndivided,
+            "after the Cholesky factorisation, forward substitution does not divide by the diagonal",
+        ),
+        (
+            Self::BackUndivided,
+            "after the Cholesky factorisation, back substitution does not divide by the diagonal",
+        ),
+        (
+            Self::Above,
+            "after the Cholesky factorisation, back substitution reads the matrix above the diagonal, not Lᵀ",
+        ),
+        (
+            Self::Twice,
+            "after the Cholesky factorisation, forward substitution with L takes the place of back substitution with Lᵀ",
+        ),
+        (
+            Self::FirstRow,
+            "after the Cholesky factorisation, back substitution stops before the first row",
+        ),
+        (Self::Forward, "after the Cholesky factorisation, there is no back substitution"),
+    ];
+
+    /// The unknowns, with the slip.
+    fn solve(self, mut matrix: DMatrix<f64>, right: DVector<f64>) -> DVector<f64> {
+        let n = right.len();
+        for column in 0..n {
+            for row in column..n {
+                let known = (0..column).map(|k| matrix[(row, k)] * matrix[(column, k)]);
+                let rest = matrix[(row, column)] - known.sum::<f64>();
+                matrix[(row, column)] = match self {
+                    _ if row > column => rest / matrix[(column, column)],
+                    Self::NoRoot => rest,
+                    _ => rest.sqrt(),
+                };
+            }
+        }
+        let forward = |mut values: DVector<f64>| {
+            for row in 0..n {
+                let known: f64 = (0..row).map(|k| matrix[(row, k)] * values[k]).sum();
+                let divisor = if self == Self::ForwardUndivided { 1.0 } else { matrix[(row, row)] };
+                values[row] = (values[row] - known) / divisor;
+            }
+            values
+        };
+        let mut values = forward(right);
+        match self {
+            Self::Twice => return forward(values),
+            Self::Forward => return values,
+            _ => {}
+        }
+        for row in (usize::from(self == Self::FirstRow)..n).rev() {
+            let entry = |k: usize| match self {
+                Self::Above => matrix[(row, k)],
+                _ => matrix[(k, row)],
+            };
+            let known: f64 = (row + 1..n).map(|k| entry(k) * values[k]).sum();
+            let divisor = if self == Self::BackUndivided { 1.0 } else { matrix[(row, row)] };
+            values[row] = (values[row] - known) / divisor;
+        }
+        values
     }
 }
 
@@ -331,6 +434,17 @@ mod tests {
             Slip::EarlyGradients(-14, true),
         ] {
             assert!(error(slip, &dominant, &exact) < 1e-14, "{slip:?}");
+        }
+        // Of a diagonal matrix, only its square roots and divisions matter.
+        let diagonal = DMatrix::from_diagonal(&dominant.diagonal());
+        let quotients = right.component_div(&dominant.diagonal());
+        for slip in [Cholesky::Above, Cholesky::Twice] {
+            assert!(error(Slip::Cholesky(slip), &diagonal, &quotients) < 1e-14, "{slip:?}");
+            assert!(error(Slip::Cholesky(slip), &dominant, &exact) > 1e-6, "{slip:?}");
+        }
+        for slip in [Slip::FirstRow, Slip::Cholesky(Cholesky::FirstRow)] {
+            let errors = slip.solve(dominant.clone(), right.clone()) - &exact;
+            assert!(errors[0].abs() > 1e-6 && errors.rows(1, n - 1).amax() < 1e-14, "{slip:?}");
         }
         assert!(error(Slip::Sweeps(1), &dominant, &exact) > 1e-6);
         assert!(

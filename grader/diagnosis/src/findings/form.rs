@@ -49,7 +49,10 @@ pub(super) enum Kind {
     NotFiniteAtLast,
     StateTooMany,
     StateTooFew,
+    /// By one rule in several scenes.
     Duration,
+    /// Right states, several too few.
+    EndsEarly,
     /// The duration is cut to an integer.
     IntegerDuration,
     /// All states are the last one, or its positions: which, in words.
@@ -122,6 +125,7 @@ impl fmt::Display for Kind {
             Self::StateTooMany => "too many",
             Self::StateTooFew => "one too few",
             Self::Duration => "wrong duration or dt",
+            Self::EndsEarly => "too few, by another duration or dt, or as the program stops early",
             Self::IntegerDuration => "the duration is read as an integer",
             Self::OneState => "every state of the trace is the same",
             Self::InitialMissing => "the initial state is missing",
@@ -175,7 +179,7 @@ impl Kind {
             | Self::Error
             | Self::TimeOut
             | Self::Memory => return None,
-            Self::StateTooMany | Self::StateTooFew => Feature::States,
+            Self::StateTooMany | Self::StateTooFew | Self::EndsEarly => Feature::States,
             Self::Duration
             | Self::IntegerDuration
             | Self::InitialVelocity
@@ -242,6 +246,7 @@ impl Kind {
                 | Self::StateTooMany
                 | Self::StateTooFew
                 | Self::Duration
+                | Self::EndsEarly
                 | Self::IntegerDuration
                 | Self::Digits(_)
                 | Self::Decimals(_)
@@ -307,7 +312,7 @@ impl Kind {
             }
             Outcome::TooShort { states: 0, .. } if has_right_numbers => Self::NoTrace,
             Outcome::TooShort { states, expected } if has_right_numbers => {
-                if states + 1 < *expected { Self::Duration } else { Self::StateTooFew }
+                if states + 1 < *expected { Self::EndsEarly } else { Self::StateTooFew }
             }
             Outcome::TooLong if has_right_numbers => Self::StateTooMany,
             Outcome::NotFinite(_)

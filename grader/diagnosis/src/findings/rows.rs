@@ -111,7 +111,8 @@ fn settle_times(scenes: &mut [SceneEvidence<'_>]) {
     }
 }
 
-/// Scenes whose traces have as many states as if the duration were an integer, if all have.
+/// Scenes whose traces end early by one rule: that of an integer duration, or the same time, part of the duration, or number
+/// of steps in all of these.
 fn settle_durations(scenes: &mut [SceneEvidence<'_>]) {
     let is_so = |scene: &SceneEvidence<'_>| {
         let inner = scene.judged.scene;
@@ -123,13 +124,35 @@ fn settle_durations(scenes: &mut [SceneEvidence<'_>]) {
             _ => true,
         }
     };
-    let is_short = |scene: &&SceneEvidence<'_>| scene.kind == Some(Kind::Duration);
-    if scenes.iter().filter(is_short).count() < FEW || !scenes.iter().all(is_so) {
-        return;
-    }
+    let short = scenes.iter().filter(|scene| scene.kind == Some(Kind::EndsEarly));
+    // Of each, the last step, the number of steps, and the time step.
+    let ends: Vec<[f64; 3]> = short
+        .map(|scene| {
+            let inner = scene.judged.scene;
+            [scene.judged.states.len() as f64 - 1.0, inner.n_steps() as f64, inner.time_step]
+        })
+        .collect();
+    // Numbers of which each may be a step off.
+    let are_same = |of: fn([f64; 3]) -> [f64; 2]| {
+        let below = ends.iter().map(|end| of(*end)).map(|[x, off]| x - off);
+        let above = ends.iter().map(|end| of(*end)).map(|[x, off]| x + off);
+        below.fold(0.0, f64::max) <= above.fold(f64::INFINITY, f64::min)
+    };
+    let rules = [
+        |[last, _, _]: [f64; 3]| [last, 0.0],
+        |[last, _, h]: [f64; 3]| [last * h, h],
+        |[last, all, _]: [f64; 3]| [last / all, 1.0 / all],
+    ];
+    let kind = match ends.len() {
+        ..FEW => return,
+        _ if scenes.iter().all(is_so) => Kind::IntegerDuration,
+        _ if rules.into_iter().any(are_same) => Kind::Duration,
+        _ => return,
+    };
     for scene in scenes {
-        if matches!(scene.kind, Some(Kind::Duration | Kind::StateTooFew)) {
-            scene.kind = Some(Kind::IntegerDuration);
+        let is_one_less = scene.kind == Some(Kind::StateTooFew) && kind == Kind::IntegerDuration;
+        if scene.kind == Some(Kind::EndsEarly) || is_one_less {
+            scene.kind = Some(kind.clone());
         }
     }
 }

@@ -291,7 +291,11 @@ fn endless_line_is_refused_early() {
     project.traces("Spring/pair", |lines| lines[4] = "7".repeat(10_000_000));
     let run = project.grade(&["--traces", "traces", "--format", "json"]);
     assert_eq!(scene(&run.stdout, "Spring/pair")["verdict"], "malformed");
-    assert!(run.stdout.contains("pair.csv:5: the line is longer than 640 bytes"), "{}", run.stdout);
+    assert!(
+        run.stdout.contains("pair.csv:5: the line is longer than 3290 bytes"),
+        "{}",
+        run.stdout
+    );
 }
 
 #[test]

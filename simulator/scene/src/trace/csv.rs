@@ -20,8 +20,8 @@ use super::{Shape, State, TraceError, TraceFault, TraceReader, TraceWriter};
 use crate::Dimension;
 use crate::state::StateView;
 
-/// No number takes more than this many bytes of a line, its comma included.
-const MAX_FIELD: usize = 64;
+/// No number takes more than this many bytes of a line, as `%.17f` writes the largest: sign, digits, point, decimals, comma.
+const MAX_FIELD: usize = 1 + 309 + 1 + 17 + 1;
 
 /// Bytes that are asked for at a time.
 const READ_SIZE: usize = 1 << 16;
@@ -380,7 +380,24 @@ impl<R: Read> Lines<R> {
 mod tests {
     use fastrand::Rng;
 
-    use super::Row;
+    use std::path::Path;
+
+    use super::{CsvReader, Row, State, TraceReader, header};
+    use crate::Dimension;
+    use crate::trace::Shape;
+
+    #[test]
+    fn the_largest_numbers_are_read_with_all_their_digits() {
+        let shape = Shape { dimension: Dimension::Two, n_particles: 1 };
+        let columns: Vec<String> = header(shape).collect();
+        let numbers = [f64::MIN, f64::MAX, -1.5, f64::MIN_POSITIVE];
+        let [x, y, vx, vy] = numbers.map(|number| format!("{number:.17}"));
+        let text = format!("{}\n0,{:.17},{x},{y},{vx},{vy}\n", columns.join(","), 0.0);
+        let mut reader = CsvReader::new(text.as_bytes(), Path::new("a.csv"), shape).unwrap();
+        let mut state = State::zeros(shape);
+        assert!(reader.read(&mut state).unwrap());
+        assert_eq!([state.positions, state.velocities].concat(), [f64::MIN, f64::MAX, -1.5, 0.0]);
+    }
 
     #[test]
     fn parsed_numbers_match_the_standard_library() {

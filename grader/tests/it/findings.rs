@@ -370,6 +370,9 @@ const CHANGES: &[&str] = &[
     "linearized-implicit-euler: after the Cholesky factorisation, forward substitution with L takes the place of back substitution with Lᵀ",
     "linearized-implicit-euler: after the Cholesky factorisation, back substitution reads the matrix above the diagonal, not Lᵀ",
     "linearized-implicit-euler: the solution of the linear system is divided by the mass",
+    "linearized-implicit-euler: masses replace the Jacobians on the diagonal of the matrix",
+    "linearized-implicit-euler: as many coordinates as there are particles have a mass, the others none",
+    "implicit-euler: Newton's method moves positions by h times the update in every iteration, and by h u at its end",
     "implicit methods add 1e3 masses to the diagonal entries of fixed particles, and do not clear their rows, columns and right-hand sides",
     "symplectic-euler: the force on the last particle is not divided by its mass",
     "implicit methods clear rows, columns and right-hand sides of free particles, not of fixed ones",
@@ -1325,13 +1328,17 @@ fn traces_of_one_state_are_told_by_the_state() {
 #[test]
 fn a_mistake_beside_a_duration_read_as_an_integer_is_named() {
     let change = candidate("gravitationalforce lacks the factor m_i");
-    let found = findings_of(|scene| {
-        let mut read = scene.clone();
-        read.duration = scene.duration.trunc();
-        states(&read, std::slice::from_ref(&change))
-    });
-    let reading = "reading the scene: the duration is read as an integer";
-    assert_said(&found, &[&change.words, reading]);
+    for (read_as, words) in [
+        (f64::trunc as fn(f64) -> f64, "reading the scene: the duration is read as an integer"),
+        (f64::ceil, "reading the scene: the duration is rounded up to an integer"),
+    ] {
+        let found = findings_of(|scene| {
+            let mut read = scene.clone();
+            read.duration = read_as(scene.duration);
+            states(&read, std::slice::from_ref(&change))
+        });
+        assert_said(&found, &[&change.words, words]);
+    }
 }
 
 #[test]

@@ -1099,8 +1099,19 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
                 (Entries::OwnBlocks, "the matrix has the blocks on its diagonal alone"),
                 (Entries::LowerBlocks, "the matrix lacks the blocks above its diagonal"),
                 (Entries::UpperBlocks, "the matrix lacks the blocks below its diagonal"),
+                (
+                    Entries::NotDiagonal,
+                    "masses replace the Jacobians on the diagonal of the matrix",
+                ),
             ] {
                 add(Rule::Entries(entries), 2, words);
+            }
+            for (of_particles, whose) in [(false, ""), (true, ", coordinate i that of particle i")]
+            {
+                let words = format!(
+                    "as many coordinates as there are particles have a mass{whose}, the others none"
+                );
+                add(Rule::MassAt(MassAt::Half { of_particles }), 2, &words);
             }
             for (axes, rank, words) in of_blocks() {
                 let words = format!("the sum of the Jacobians in the matrix {words}");
@@ -1470,6 +1481,11 @@ pub fn of_process(scene: &Scene) -> Vec<Change> {
                 );
                 all.push(change(Rule::Accumulated { iterations, by }, 2, words));
             }
+            let words = format!(
+                "Newton's method moves positions by h times the update in every iteration, and by h u at its end{end}"
+            );
+            let by = Accumulated::ByUpdates;
+            all.push(change(Rule::Accumulated { iterations, by }, 2, words));
         }
         for ([positions, velocities], what) in [
             ([true, false], "the positions x + h v"),

@@ -798,6 +798,11 @@ pub enum MassAt {
         /// The last one.
         last: bool,
     },
+    /// As many coordinates as there are particles have one, the others 0.
+    Half {
+        /// Coordinate i has that of particle i, and not its own.
+        of_particles: bool,
+    },
 }
 
 /// How a list with a mass for each coordinate is filled wrongly.
@@ -832,6 +837,8 @@ pub enum Entries {
     LowerBlocks,
     /// Those in blocks on and above the diagonal.
     UpperBlocks,
+    /// Those that are not on the diagonal.
+    NotDiagonal,
 }
 
 /// A rule of an integrator.
@@ -1025,6 +1032,8 @@ pub enum Accumulated {
     FromBefore,
     /// Those after it, and positions stay there.
     After,
+    /// The update, but the last one, and positions move on from there.
+    ByUpdates,
 }
 
 /// A state that is not the one at which forces should be evaluated.

@@ -789,6 +789,9 @@ impl Model {
                 let particle = if last { self.scene.particles.len() - 1 } else { 0 };
                 if dof / self.dimension == particle { 1.0 } else { mass[dof] }
             }
+            MassAt::Half { .. } if dof >= self.scene.particles.len() => 0.0,
+            MassAt::Half { of_particles: true } => mass[dof * self.dimension],
+            MassAt::Half { of_particles: false } => mass[dof],
         }
     }
 
@@ -942,7 +945,9 @@ impl Model {
                     Entries::OwnBlocks if row / axes != column / axes => continue,
                     Entries::LowerBlocks if row / axes < column / axes => continue,
                     Entries::UpperBlocks if row / axes > column / axes => continue,
+                    Entries::NotDiagonal if row == column => continue,
                     Entries::Diagonal
+                    | Entries::NotDiagonal
                     | Entries::OwnBlocks
                     | Entries::LowerBlocks
                     | Entries::UpperBlocks => false,
@@ -1362,7 +1367,11 @@ impl Model {
             Some(MassAt::Next) => particle + 1,
             // A force reads one mass for all axes: it has no other place for it.
             Some(
-                MassAt::ByAxis | MassAt::Coordinate | MassAt::FirstAlong(_) | MassAt::OneOf { .. },
+                MassAt::ByAxis
+                | MassAt::Coordinate
+                | MassAt::FirstAlong(_)
+                | MassAt::OneOf { .. }
+                | MassAt::Half { .. },
             ) => particle,
         };
         Inputs {

@@ -537,13 +537,13 @@ impl Model {
             reached |= size < newton.tolerance;
             sizes.push(size);
             let accumulated = self.rules.accumulated.filter(|_| !linearized);
-            let mut accumulate = |is_after: bool, u: &[f64]| {
-                if accumulated.is_some_and(|by| (by == Accumulated::After) == is_after) {
+            let mut accumulate = |by: &[Accumulated], u: &[f64]| {
+                if accumulated.is_some_and(|one| by.contains(&one)) {
                     let positions = from.to_mut().positions.iter_mut();
                     positions.zip(u).for_each(|(x, u)| *x += self.h * u);
                 }
             };
-            accumulate(false, &u);
+            accumulate(&[Accumulated::Before, Accumulated::FromBefore], &u);
             if !(reached && newton.drops_last && !linearized) {
                 for (dof, (u, delta)) in u.iter_mut().zip(&delta).enumerate() {
                     let applied = if linearized {
@@ -563,14 +563,20 @@ impl Model {
                     *u = kept + applied * delta;
                 }
             }
-            accumulate(true, &u);
-            if reached || most == MANY_ITERATIONS && !can_converge(&sizes, newton.tolerance) {
+            accumulate(&[Accumulated::After], &u);
+            if reached {
+                break;
+            }
+            accumulate(&[Accumulated::ByUpdates], &delta);
+            if most == MANY_ITERATIONS && !can_converge(&sizes, newton.tolerance) {
                 break;
             }
         }
         // The step moves them by the last velocity once more.
         match self.rules.accumulated.filter(|_| !linearized) {
-            Some(Accumulated::FromBefore) => state.positions.clone_from(&from.positions),
+            Some(Accumulated::FromBefore | Accumulated::ByUpdates) => {
+                state.positions.clone_from(&from.positions);
+            }
             Some(Accumulated::After) => {
                 let before = from.positions.iter().zip(&u).map(|(x, u)| x - self.h * u);
                 state.positions = before.collect();

@@ -55,6 +55,8 @@ pub(super) enum Kind {
     EndsEarly,
     /// The duration is cut to an integer.
     IntegerDuration,
+    /// The duration is the next integer.
+    RoundedDuration,
     /// All states are the last one, or its positions: which, in words.
     LastState(&'static str),
     /// All states are one state.
@@ -127,6 +129,7 @@ impl fmt::Display for Kind {
             Self::Duration => "wrong duration or dt",
             Self::EndsEarly => "too few, by another duration or dt, or as the program stops early",
             Self::IntegerDuration => "the duration is read as an integer",
+            Self::RoundedDuration => "the duration is rounded up to an integer",
             Self::OneState => "every state of the trace is the same",
             Self::InitialMissing => "the initial state is missing",
             Self::StartsAtOne => "the initial state is missing, or steps are counted from 1",
@@ -182,6 +185,7 @@ impl Kind {
             Self::StateTooMany | Self::StateTooFew | Self::EndsEarly => Feature::States,
             Self::Duration
             | Self::IntegerDuration
+            | Self::RoundedDuration
             | Self::InitialVelocity
             | Self::InitialState
             | Self::InitialRead(_)
@@ -248,6 +252,7 @@ impl Kind {
                 | Self::Duration
                 | Self::EndsEarly
                 | Self::IntegerDuration
+                | Self::RoundedDuration
                 | Self::Digits(_)
                 | Self::Decimals(_)
                 | Self::Single

@@ -31,6 +31,7 @@ const LONG: usize = 50;
 pub(super) fn settle(scenes: &mut [SceneEvidence<'_>]) {
     settle_times(scenes);
     settle_durations(scenes);
+    settle_long_durations(scenes);
     settle_fields(scenes);
     settle_same(scenes);
     settle_first_rows(scenes);
@@ -153,6 +154,23 @@ fn settle_durations(scenes: &mut [SceneEvidence<'_>]) {
         let is_one_less = scene.kind == Some(Kind::StateTooFew) && kind == Kind::IntegerDuration;
         if scene.kind == Some(Kind::EndsEarly) || is_one_less {
             scene.kind = Some(kind.clone());
+        }
+    }
+}
+
+/// Scenes whose traces have too many states, if those have it whose duration is no integer, and no others.
+fn settle_long_durations(scenes: &mut [SceneEvidence<'_>]) {
+    let is_long = |scene: &SceneEvidence<'_>| scene.kind == Some(Kind::StateTooMany);
+    let is_whole = |scene: &SceneEvidence<'_>| scene.judged.scene.duration.fract() == 0.0;
+    let is_shown = |scene: &&SceneEvidence<'_>| {
+        is_long(scene) || matches!(scene.judged.outcome, Outcome::Passed | Outcome::Differs)
+    };
+    let (whole, other): (Vec<_>, Vec<_>) =
+        scenes.iter().filter(is_shown).partition(|one| is_whole(one));
+    let is_so = whole.iter().all(|one| !is_long(one)) && other.iter().all(|one| is_long(one));
+    if is_so && whole.len().min(other.len()) >= FEW {
+        for scene in scenes.iter_mut().filter(|scene| is_long(scene)) {
+            scene.kind = Some(Kind::RoundedDuration);
         }
     }
 }

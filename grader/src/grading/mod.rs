@@ -39,7 +39,7 @@ use crate::submission::Submission;
 use crate::submission::program::Program;
 use crate::suite::assignment::Assignment;
 use crate::suite::{Case, Suite};
-use crate::verdict::Failure;
+use crate::verdict::{Failure, Verdict};
 use crate::white_box::{self, JacobianReport};
 use breaker::{Failures, PILOTS};
 use events::{Event, Observer, Task};
@@ -63,14 +63,23 @@ use spelling::misread;
 const REPEATED: usize = 8;
 
 impl Repetition {
-    /// Runs the first scene of each feature twice; scenes without a trace are left out.
-    fn of(suite: &Suite, program: &Program) -> Self {
+    /// Runs the first scene of each feature twice. Scenes without a trace are left out; those that timed out are not run
+    /// again.
+    fn of(suite: &Suite, program: &Program, features: &[FeatureResult]) -> Self {
+        let scenes = features.iter().flat_map(|feature| &feature.scenes);
+        let timed_out = scenes.filter(|scene| {
+            matches!(&scene.comparison.verdict, Verdict::Fail(failure) if failure.is_timeout())
+        });
+        let timed_out: HashSet<&str> = timed_out.map(|scene| scene.id.as_str()).collect();
         let mut features = HashSet::new();
         let first_ones = suite.cases.iter().filter(|case| features.insert(&case.feature));
         let cases: Vec<&Case> = first_ones.take(REPEATED).collect();
         let same = |case: &&Case| {
-            let [first, second] = [0, 1].map(|before| program.trace_hash(case, before));
-            Some((case.id.clone(), first.ok()? == second.ok()?))
+            if timed_out.contains(case.id.as_str()) {
+                return None;
+            }
+            let hash = |before| program.trace_hash(case, before).ok();
+            Some((case.id.clone(), hash(0)? == hash(1)?))
         };
         let results: Vec<(String, bool)> = cases.par_iter().filter_map(same).collect();
         let differing = results.iter().filter(|(_, same)| !same).map(|(id, _)| id.clone());
@@ -188,7 +197,7 @@ impl<'a> Grader<'a> {
         grading.hidden = self.hidden_not_run();
         if let Some(program) = program() {
             observer.notice(Event::Task(Task::Repetition));
-            let repetition = Repetition::of(suite, program);
+            let repetition = Repetition::of(suite, program, &grading.features);
             if !repetition.differing.is_empty() {
                 let first = Finding::of_differing_runs(repetition.differing.clone());
                 grading.findings.list.insert(0, first);

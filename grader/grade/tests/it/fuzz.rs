@@ -114,9 +114,9 @@ fn failures_of_served_runs_are_confirmed_by_plain_starts() {
 /// On a busy machine, a right program may take long without taking processor time.
 #[test]
 fn a_program_that_waits_is_not_called_wrong() {
-    let submission = serving("fuzz-waiting", &format!("sleep 6; {CALL}"), "exit 0");
+    let submission = serving("fuzz-waiting", &format!("sleep 1.5; {CALL}"), "exit 0");
     let plan = ["--assignment", "t1m3", "--seed", "1", "--scenes", "2", "--format", "json"];
-    let run = fuzz(&[&[&*submission], &plan[..]].concat());
+    let run = fuzz(&[&[&*submission, "--limit", "cpu=1"], &plan[..]].concat());
     assert_eq!(run.code, 0, "{}", run.stdout);
     let report: Value = serde_json::from_str(&run.stdout).unwrap();
     assert!(report["runs"][0]["right"].as_u64() > Some(0), "{report}");

@@ -58,12 +58,12 @@ fn the_correct_student_is_right_on_drawn_scenes() {
 #[test]
 fn drawn_scenes_find_sampled_mistakes() {
     let seed = seed();
-    let sampled = sample(mistake::all(), 6);
+    let sampled = sample(mistake::all(), 3);
     let is_missed = |mistake: &Mistake| found(mistake, seed).is_none();
     let missed: Vec<Mistake> = sampled.into_iter().filter(is_missed).collect();
     let names = missed.iter().map(|mistake| (&mistake.subject, &mistake.description));
     // A few of all show in rare scenes only: the long test counts them.
-    assert!(missed.len() <= 2, "{:?}", names.collect::<Vec<_>>());
+    assert!(missed.len() <= 1, "{:?}", names.collect::<Vec<_>>());
 }
 
 #[test]

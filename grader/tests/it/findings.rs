@@ -403,6 +403,51 @@ fn long_changes_are_identified_from_traces() {
     assert_identified(usize::MAX);
 }
 
+/// The functions of these names, with their names.
+macro_rules! named {
+    ($($name:ident),* $(,)?) => { &[$((stringify!($name), $name)),*] };
+}
+
+/// Tests that take seconds each.
+const SEARCHES: &[(&str, fn())] = named![
+    scenes_in_which_a_cause_divides_by_zero_do_not_speak_against_it,
+    other_mistakes_in_newtons_method_are_not_laid_to_a_wrong_matrix,
+    a_wrong_matrix_is_named_in_newtons_method_where_that_ends_otherwise_by_it,
+    scenes_in_which_a_wrong_jacobian_leads_newtons_method_astray_are_open,
+    a_force_that_is_missing_in_some_scenes_alone_is_not_left_out,
+    two_mistakes_of_which_one_hides_the_other_are_named,
+    an_end_of_newtons_method_beside_a_wrong_matrix_of_both_methods_is_named,
+    an_end_of_newtons_method_beside_a_wrong_hold_of_both_methods_is_named,
+    scenes_without_a_cause_do_not_keep_other_forces_from_being_searched,
+    implicit_euler_is_not_to_be_looked_at_beside_a_wrong_solver,
+    a_mistake_of_a_method_that_leaves_two_fifths_of_its_scenes_wrong_is_not_said,
+    a_mistake_of_a_method_is_proven_beside_a_force_that_is_wrong_in_all_methods,
+    a_jacobian_that_is_missing_is_not_called_multiplied_by_a_parameter_that_is_0,
+    steps_that_are_right_to_few_digits_are_said_to_be,
+    a_cause_that_leaves_scenes_wrong_in_which_it_acts_is_not_proven,
+    scenes_of_other_integrators_do_not_count_against_a_cause,
+];
+
+/// Runs so many of the tests that take seconds.
+#[expect(clippy::print_stdout, reason = "shown by failed tests")]
+fn assert_searches(count: usize) {
+    for (name, test) in sample(SEARCHES, count) {
+        println!("{name}");
+        test();
+    }
+}
+
+#[test]
+fn sampled_searches_of_seconds_end_as_they_should() {
+    assert_searches(4);
+}
+
+#[test]
+#[ignore = "long: a minute"]
+fn long_searches_of_seconds_end_as_they_should() {
+    assert_searches(usize::MAX);
+}
+
 /// A wrong sign of a force and of the matrix is that of the force with its Jacobians, where Newton's method has no trace.
 #[test]
 fn one_factor_of_the_jacobians_of_all_forces_is_said_of_the_matrix() {
@@ -486,7 +531,6 @@ fn jacobians_at_the_motion_alone_are_named_where_some_are_not_finite() {
     assert_cause("linearized-implicit-euler: dF/dx is evaluated at the positions h v, not x + h v");
 }
 
-#[test]
 fn scenes_in_which_a_cause_divides_by_zero_do_not_speak_against_it() {
     let words = "dF/dx of springforce's elastic force has 1/l0 in the place of 1/l";
     let change = [candidate(words)];
@@ -544,7 +588,6 @@ fn the_same_rule_of_several_methods_is_said_once() {
     }
 }
 
-#[test]
 fn other_mistakes_in_newtons_method_are_not_laid_to_a_wrong_matrix() {
     let words = "linearized-implicit-euler: dF/dx and dF/dv have the wrong sign in the matrix";
     let change = [candidate(words)];
@@ -587,7 +630,6 @@ fn newtons_method_that_a_wrong_solver_slows_down_has_no_other_end() {
     assert!(has(words) && !has("Newton's method ends"), "{found:#?}");
 }
 
-#[test]
 fn a_wrong_matrix_is_named_in_newtons_method_where_that_ends_otherwise_by_it() {
     for (words, rest) in [
         ("dF/dx lacks a factor h in the matrix", ""),
@@ -606,7 +648,6 @@ fn a_wrong_matrix_is_named_in_newtons_method_where_that_ends_otherwise_by_it() {
     }
 }
 
-#[test]
 fn scenes_in_which_a_wrong_jacobian_leads_newtons_method_astray_are_open() {
     let words = "dF/dx of springforce's elastic force has l − l0/l in the place of (l − l0)/l";
     let change = [candidate(words)];
@@ -645,7 +686,6 @@ fn a_parameter_that_is_read_right_in_a_scene_leaves_nothing_wrong_there() {
     assert!(!found.iter().any(|finding| finding.kind == FindingKind::Common), "{found:#?}");
 }
 
-#[test]
 fn a_force_that_is_missing_in_some_scenes_alone_is_not_left_out() {
     let lacks = candidates::omission(Term { tag: "simplegravity", part: "" });
     let has = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == "simplegravity");
@@ -1076,7 +1116,6 @@ const PAIRS: &[[&str; 2]] = &[
     ],
 ];
 
-#[test]
 fn two_mistakes_of_which_one_hides_the_other_are_named() {
     for words in PAIRS {
         let found = findings(&words.map(candidate), |states| states);
@@ -1126,7 +1165,6 @@ fn a_force_that_acts_in_some_steps_beside_another_wrong_one_is_named() {
     assert_said(&found, &words);
 }
 
-#[test]
 fn an_end_of_newtons_method_beside_a_wrong_matrix_of_both_methods_is_named() {
     let matrix = candidate("linearized-implicit-euler: dF/dx is evaluated at x, not x + h v");
     let newton =
@@ -1136,7 +1174,6 @@ fn an_end_of_newtons_method_beside_a_wrong_matrix_of_both_methods_is_named() {
     assert!(said(&found).contains(&end), "{found:#?}");
 }
 
-#[test]
 fn an_end_of_newtons_method_beside_a_wrong_hold_of_both_methods_is_named() {
     let words = [
         "implicit methods hold fixed particles along x only",
@@ -1156,7 +1193,6 @@ fn wrong_positions_and_a_wrong_hold_in_the_same_scenes_are_named() {
     assert_said(&found, &words);
 }
 
-#[test]
 fn scenes_without_a_cause_do_not_keep_other_forces_from_being_searched() {
     let change = candidate("gravitationalforce has no effect where i is larger than j");
     let has_spring = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == "springforce");
@@ -1435,7 +1471,6 @@ fn a_mistake_beside_first_states_read_wrongly_is_named() {
     assert_eq!(sentences, ["reading the scene: vx is read for vy", change.words.as_str()]);
 }
 
-#[test]
 fn implicit_euler_is_not_to_be_looked_at_beside_a_wrong_solver() {
     let slip = "linearized-implicit-euler: the linear system is solved by 10 sweeps of Gauss and Seidel's method, from 0";
     let change = [candidate(slip)];
@@ -1463,7 +1498,6 @@ fn a_parameter_cut_to_an_integer_is_not_a_force_left_out() {
     assert!(!found.iter().any(lacks), "{found:#?}");
 }
 
-#[test]
 fn a_mistake_of_a_method_that_leaves_two_fifths_of_its_scenes_wrong_is_not_said() {
     let words = "linearized-implicit-euler: the matrix has the identity in the place of M";
     let change = [candidate(words)];
@@ -1530,7 +1564,6 @@ fn scenes_with_a_term_that_is_wrong_otherwise_do_not_count_against_a_cause() {
     assert!(found.iter().any(|finding| finding.words.contains(&change.words)), "{found:#?}");
 }
 
-#[test]
 fn a_mistake_of_a_method_is_proven_beside_a_force_that_is_wrong_in_all_methods() {
     let change = candidate("explicit-euler: forces along y are left out");
     let mut suite = suite();
@@ -1590,7 +1623,6 @@ fn newtons_method_is_not_called_linearized_where_it_needs_one_step() {
 }
 
 /// Where b is 0, the product with it is missing as well.
-#[test]
 fn a_jacobian_that_is_missing_is_not_called_multiplied_by_a_parameter_that_is_0() {
     let of = |part: &str| {
         candidate(&format!(
@@ -1608,7 +1640,6 @@ fn masses_that_are_0_along_an_axis_are_named() {
     assert_cause("masses along y are 0, in forces as well");
 }
 
-#[test]
 fn steps_that_are_right_to_few_digits_are_said_to_be() {
     let imprecise = |scene: &Scene| {
         let model = Model::new(scene, &[]);
@@ -1635,7 +1666,6 @@ fn steps_that_are_right_to_few_digits_are_said_to_be() {
     assert!(evidence.contains("right but for an error of 1e-6 of its change"), "{evidence}");
 }
 
-#[test]
 fn a_cause_that_leaves_scenes_wrong_in_which_it_acts_is_not_proven() {
     let change = candidate("springforce's elastic force is multiplied by 2");
     let has_spring = |scene: &Scene| scene.forces.iter().any(|e| e.schema.tag == "springforce");
@@ -1654,7 +1684,6 @@ fn a_cause_that_leaves_scenes_wrong_in_which_it_acts_is_not_proven() {
     );
 }
 
-#[test]
 fn scenes_of_other_integrators_do_not_count_against_a_cause() {
     let words = "explicit-euler: fixed particles stand still, and their velocities are set to zero";
     let change = candidate(words);

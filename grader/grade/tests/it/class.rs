@@ -400,6 +400,31 @@ fn changed_grades_are_listed_with_the_features_that_changed() {
     assert!(changes(&["--resume"]).is_empty());
 }
 
+/// The first scene of each feature is run again.
+#[test]
+fn programs_that_write_other_traces_in_each_run_are_said_to() {
+    let project = Project::new();
+    let said = |program: &str, more: &[&str]| {
+        project.program("program", program);
+        let report = project.json(&[&["./program"], more].concat());
+        let found = report["findings"].as_array().unwrap();
+        let said = |finding: &Value| finding["message"].as_str().unwrap().contains("deterministic");
+        found.iter().any(said)
+    };
+    let noisy = RIGHT.replace("awk ", "awk -v noise=0.$(date +%N) ");
+    assert!(said(&noisy.replace("x += dt * vx", "x += dt * vx + noise"), &[]));
+    assert!(!said(RIGHT, &[]));
+
+    // A scene that does not end in time is not run again.
+    let log = project.path("log");
+    let endless =
+        format!("grep -q 150 \"$1\" && echo >> {} && while :; do :; done\n", log.display());
+    let (start, rest) = RIGHT.split_once("awk").unwrap();
+    let limit = ["--unprotected", "--limit", "wall=2"];
+    assert!(!said(&format!("{start}{endless}awk{rest}"), &limit));
+    assert_eq!(project.read("log").lines().count(), 1);
+}
+
 #[test]
 fn kept_runs_are_reused() {
     let project = Project::new();

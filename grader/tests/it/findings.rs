@@ -169,7 +169,12 @@ const CHANGES: &[&str] = &[
     "simplegravity has its y component with the wrong sign",
     "gravitationalforce reads a mass at the number of its particle, as from a list with one for each coordinate",
     "gravitationalforce lacks the factors m_i and m_j",
-    "gravitationalforce has l² in the place of l, in its Jacobians as well",
+    "gravitationalforce has l² in the place of l, also in n, in its Jacobians as well",
+    "gravitationalforce has l² in the place of l, also in n",
+    "dF/dx of gravitationalforce has l² in the place of l, also in n",
+    "dF/dx of simplegravity has −m on its diagonal, not 0",
+    "dF/dv of dragdamping has the components of v on its diagonal, as the force has",
+    "linearized-implicit-euler: dF/dv in the matrix is the sum of dF/dx and dF/dv",
     "dF/dx of gravitationalforce has its block j i added to the block i j",
     "the last element of springforce has no effect, in forces alone",
     "springforce takes the initial distance of its particles for l0",
@@ -446,6 +451,14 @@ fn sampled_searches_of_seconds_end_as_they_should() {
 #[ignore = "long: a minute"]
 fn long_searches_of_seconds_end_as_they_should() {
     assert_searches(usize::MAX);
+}
+
+/// In some scenes, a number in the place of both makes the same steps.
+#[test]
+fn two_mistakes_in_one_force_are_named() {
+    let words =
+        ["gravitationalforce has the wrong sign", "gravitationalforce lacks the factor m_i"];
+    assert_said(&findings(&words.map(candidate), |states| states), &words);
 }
 
 /// A wrong sign of a force and of the matrix is that of the force with its Jacobians, where Newton's method has no trace.

@@ -439,6 +439,7 @@ fn all_of(term: Term) -> Vec<Change> {
     if let Some(forms) = forms {
         all.extend(of_other_laws(term, forms));
         all.extend(of_formulas(term, forms));
+        all.extend(of_diagonals(term, forms));
     }
     if forms.is_some() || !term.schema().stencil.is_field() {
         all.extend(of_assembly(term, forms));
@@ -519,6 +520,44 @@ fn of_formulas(term: Term, forms: &Forms) -> Vec<Change> {
                 all.push(Change { place, words, effect, rank });
             }
         }
+    }
+    all
+}
+
+/// Jacobians of a field that have another diagonal: masses where all is 0, and the velocity by which the force is multiplied.
+fn of_diagonals(term: Term, forms: &Forms) -> Vec<Change> {
+    if !term.schema().stencil.is_field() {
+        return Vec::new();
+    }
+    let change = |quantity: Quantity, words: &str, factors: Vec<Expression>| Change {
+        place: Place::Jacobian(term),
+        words: format!("{} {words}", name(term, quantity)),
+        effect: Effect::Formula(term, quantity, Arc::new(Expression::Product(factors))),
+        rank: 2,
+    };
+    let mut all = Vec::new();
+    if forms.by_position.is_empty() {
+        for (sign, words) in
+            [(-1.0, "has −m on its diagonal, not 0"), (1.0, "has m on its diagonal, not 0")]
+        {
+            let mass = [Leaf::Mass(0), Leaf::Identity].map(Expression::Leaf);
+            let factors = [vec![Expression::Number(sign)], mass.to_vec()].concat();
+            all.push(change(Quantity::ByPosition, words, factors));
+        }
+    }
+    if let [Expression::Product(factors), ..] = &forms.by_velocity[..]
+        && let [numbers @ .., Expression::Leaf(Leaf::Identity)] = &factors[..]
+    {
+        let along = |axis: usize| {
+            let [v, e] =
+                [Leaf::Velocity(0), Leaf::Axis(axis)].map(|leaf| Box::new(Expression::Leaf(leaf)));
+            let square = Expression::Outer(e.clone(), e.clone());
+            Expression::Product(vec![Expression::Dot(v, e), square])
+        };
+        let diagonal = Expression::Sum((0..3).map(along).collect());
+        let factors = [numbers, &[diagonal]].concat();
+        let words = "has the components of v on its diagonal, as the force has";
+        all.push(change(Quantity::ByVelocity, words, factors));
     }
     all
 }
@@ -610,12 +649,18 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             add(force, &words, Effect::Ends(term, Ends::Gathered(place, axis, 1 - axis)), 2);
         }
         if forms.is_some() {
-            let words = "has l² in the place of l, in its Jacobians as well";
-            add(force, words, Effect::Length(term, Softening::Square), 2);
-            let words = "has a length rounded to single precision, in its Jacobians as well";
-            add(force, words, Effect::Length(term, Softening::Single), 2);
-            let words = "has one length for all elements, √Σ l², in the place of l, in its Jacobians as well";
-            add(force, words, Effect::Length(term, Softening::Together), 2);
+            for (softening, words) in [
+                (Softening::Square, "has l² in the place of l, also in n"),
+                (Softening::Single, "has a length rounded to single precision"),
+                (Softening::Together, "has one length for all elements, √Σ l², in the place of l"),
+            ] {
+                add(force, words, Effect::Length(term, FORCE, softening), 2);
+                let both = format!("{words}{IN_JACOBIANS}");
+                add(force, &both, Effect::Length(term, &Quantity::ALL, softening), 2);
+                for quantity in JACOBIANS.iter().filter(|one| term.has(**one)) {
+                    add(*quantity, words, Effect::Length(term, quantity.alone(), softening), 2);
+                }
+            }
             for (read, what, of_which) in helper::reads(term.depends_on().velocity) {
                 let words = format!("reads {what} for {of_which}");
                 add(force, &words, Effect::Read(term, read), 2);
@@ -633,7 +678,9 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
             let e = f64::from(digit) / 10.0_f64.powi(exponent);
             if forms.is_some() {
                 let words = format!("has a length of at least {digit}e-{exponent}");
-                add(force, &words, Effect::Length(term, Softening::AtLeast(e)), 3);
+                add(force, &words, Effect::Length(term, FORCE, Softening::AtLeast(e)), 3);
+                let both = format!("{words}{IN_JACOBIANS}");
+                add(force, &both, Effect::Length(term, &Quantity::ALL, Softening::AtLeast(e)), 3);
             }
         }
         for exponent in 1..=if forms.is_some() { 12 } else { 0 } {
@@ -643,7 +690,9 @@ fn of_assembly(term: Term, forms: Option<&Forms>) -> Vec<Change> {
                 (Softening::Squared(e), format!("has a length softened by 1e-{exponent}")),
                 (Softening::AtLeast(e), format!("has a length of at least 1e-{exponent}")),
             ] {
-                add(force, &words, Effect::Length(term, softening), 3);
+                add(force, &words, Effect::Length(term, FORCE, softening), 3);
+                let both = format!("{words}{IN_JACOBIANS}");
+                add(force, &both, Effect::Length(term, &Quantity::ALL, softening), 3);
             }
         }
     } else if !stencil.is_field() {
@@ -1134,6 +1183,12 @@ pub fn of_integrator(scene: &Scene) -> Vec<Change> {
                 (Quantity::ByPosition, "dF/dv is in the place of dF/dx in the matrix"),
             ] {
                 add(Rule::Other(quantity), 2, words);
+            }
+            for (quantity, words) in [
+                (Quantity::ByVelocity, "dF/dv in the matrix is the sum of dF/dx and dF/dv"),
+                (Quantity::ByPosition, "dF/dx in the matrix is the sum of dF/dx and dF/dv"),
+            ] {
+                add(Rule::Summed(quantity), 2, words);
             }
             add(Rule::ForcesAt(0.0), 1, "forces are evaluated at x, not x + h v");
             for (which, what, verb) in [

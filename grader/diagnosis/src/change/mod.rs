@@ -273,6 +273,7 @@ impl Change {
             rule,
             Rule::Matrix(..)
                 | Rule::Matrices(_)
+                | Rule::Summed(_)
                 | Rule::MatrixStep(_)
                 | Rule::StepsExchanged
                 | Rule::Inertia { .. }
@@ -398,8 +399,8 @@ pub enum Effect {
     Blocks(Term, &'static [Quantity], Blocks),
     /// The components that are kept.
     Axes(Term, Quantity, Axes),
-    /// The length `l` in all formulas of a term.
-    Length(Term, Softening),
+    /// The length `l` in some formulas of a term.
+    Length(Term, &'static [Quantity], Softening),
     /// The particles on which a force without pairs acts.
     Particles(Term, Quantity, Particles),
     /// Where the masses in some formulas of a term are read.
@@ -436,12 +437,13 @@ impl Effect {
             | Self::Weight(_, quantities, _)
             | Self::Blocks(_, quantities, _)
             | Self::Partly(quantities, _)
+            | Self::Length(_, quantities, _)
             | Self::Masses(_, quantities, _) => quantities,
             Self::Formula(_, quantity, _)
             | Self::Axes(_, quantity, _)
             | Self::Particles(_, quantity, _) => quantity.alone(),
             Self::Ends(..) => &[Quantity::Force],
-            Self::Derived(..) | Self::Length(..) | Self::Read(..) => &Quantity::ALL,
+            Self::Derived(..) | Self::Read(..) => &Quantity::ALL,
             Self::Method(..)
             | Self::Fixed(_)
             | Self::Helper(..)
@@ -936,6 +938,8 @@ pub enum Rule {
     FirstJacobians,
     /// A Jacobian in the matrix is the other one.
     Other(Quantity),
+    /// The sum of both Jacobians in the place of this one in the matrix.
+    Summed(Quantity),
     /// The forces along the second axis are those along the first.
     ForcesAlong(usize, usize),
     /// Along one axis, `x' = x + h (a v + b v')`.

@@ -150,7 +150,7 @@ pub(super) struct TermModel {
     evaluations: [Evaluation; 3],
     /// The Jacobians are the derivatives of the force's formula.
     derived: bool,
-    softening: Option<Softening>,
+    softening: Option<(&'static [Quantity], Softening)>,
     read: Option<Read>,
     gate: Option<(&'static [Quantity], Gate)>,
     weight: Option<(&'static [Quantity], Weight)>,
@@ -206,6 +206,8 @@ pub(super) struct Rules {
     pub(super) seen_at: Option<SeenAt>,
     /// The Jacobian that is the other one.
     pub(super) other: Option<Quantity>,
+    /// The Jacobian that is the sum of both.
+    pub(super) summed: Option<Quantity>,
     /// An axis whose forces are those along the one before it.
     pub(super) forces_along: Option<[usize; 2]>,
     /// The rule of positions along one axis.
@@ -393,6 +395,7 @@ impl Model {
             accumulated: None,
             seen_at: None,
             other: None,
+            summed: None,
             forces_along: None,
             position_along: None,
             lost: false,
@@ -634,7 +637,7 @@ impl Model {
             | Effect::Ends(term, _)
             | Effect::Blocks(term, ..)
             | Effect::Axes(term, ..)
-            | Effect::Length(term, _)
+            | Effect::Length(term, ..)
             | Effect::Particles(term, ..)
             | Effect::Masses(term, ..)
             | Effect::Read(term, _)
@@ -734,6 +737,7 @@ impl Model {
                 rules.newton.iterations = MANY_ITERATIONS;
             }
             Rule::Other(quantity) => rules.other = Some(quantity),
+            Rule::Summed(quantity) => rules.summed = Some(quantity),
             Rule::ForcesAlong(from, to) => rules.forces_along = Some([from, to]),
             Rule::PositionAlong(axis, of) => rules.position_along = Some((axis, of)),
             Rule::Lost => rules.lost = true,
@@ -860,7 +864,7 @@ impl Model {
             | Effect::Ends(term, _)
             | Effect::Blocks(term, ..)
             | Effect::Axes(term, ..)
-            | Effect::Length(term, _)
+            | Effect::Length(term, ..)
             | Effect::Particles(term, ..)
             | Effect::Masses(term, ..)
             | Effect::Read(term, _)
@@ -1349,7 +1353,9 @@ impl Model {
             vector
         };
         let d = read(x, i, Coordinates::Positions(0)) - read(x, j, Coordinates::Positions(1));
-        let l = match model.softening {
+        let softening = model.softening.filter(|(of, _)| of.contains(&quantity));
+        let softening = softening.map(|(_, softening)| softening);
+        let l = match softening {
             Some(Softening::Together) => {
                 let each =
                     model.elements.iter().filter_map(|element| match element.particles[..] {
@@ -1383,7 +1389,7 @@ impl Model {
             h: self.scene.time_step,
             d,
             v: [read(v, i, Coordinates::Velocities(0)), read(v, j, Coordinates::Velocities(1))],
-            l: model.softening.map_or(l, |softening| softening.of(l)),
+            l: softening.map_or(l, |softening| softening.of(l)),
             helper,
             by_zero: self.by_zero,
         }
@@ -1460,7 +1466,9 @@ impl TermModel {
             Effect::Axes(_, quantity, axes) => {
                 self.evaluations[quantity.place()].axes = Some(*axes);
             }
-            Effect::Length(_, softening) => self.softening = Some(*softening),
+            Effect::Length(_, quantities, softening) => {
+                self.softening = Some((quantities, *softening));
+            }
             Effect::Masses(_, quantities, masses) => {
                 for quantity in *quantities {
                     self.evaluations[quantity.place()].masses = Some(*masses);

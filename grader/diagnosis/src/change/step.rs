@@ -497,7 +497,12 @@ impl Model {
     fn matrix_coefficients(&self, mass: f64) -> [f64; 2] {
         let [k, b] = self.rules.matrix;
         let h = self.rules.matrix_step.unwrap_or(self.h);
-        [h * h * k.of(h, mass), h * b.of(h, mass)]
+        let [k, b] = [h * h * k.of(h, mass), h * b.of(h, mass)];
+        match self.rules.summed {
+            Some(Quantity::ByPosition) => [k, k + b],
+            Some(Quantity::ByVelocity) => [k + b, b],
+            _ => [k, b],
+        }
     }
 
     /// Newton's method, or one step of it.

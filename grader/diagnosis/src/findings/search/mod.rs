@@ -131,7 +131,7 @@ pub(super) struct Assignment<'a> {
 /// Finds the causes of the wrong steps of these scenes.
 ///
 /// Where mistakes explain fewer scenes than they leave wrong, the search is repeated without them. The result that explains
-/// more scenes by at most as many mistakes counts.
+/// more scenes counts, if it has at most as many mistakes or more scenes for each.
 pub(super) fn causes<'a>(scenes: &[Marked<'a>], limits: &'a Thresholds) -> Assignment<'a> {
     let mut best = Search::new(scenes, limits);
     best.run();
@@ -146,7 +146,9 @@ pub(super) fn causes<'a>(scenes: &[Marked<'a>], limits: &'a Thresholds) -> Assig
         let mut other = Search::new(scenes, limits);
         other.excluded = [best.excluded.as_slice(), &doubtful].concat();
         other.run();
-        if other.n_explained() <= best.n_explained() || other.n_mistakes() > best.n_mistakes() {
+        let [(scenes, mistakes), (known, by)] =
+            [&other, &best].map(|search| (search.n_explained(), search.n_mistakes()));
+        if scenes <= known || mistakes > by && scenes * by <= known * mistakes {
             break;
         }
         best = other;
@@ -256,6 +258,7 @@ impl<'a> Search<'a> {
                 self.found.retain(|cause| !cause.scenes.is_empty());
                 self.explain_more();
             }
+            self.exclude_accidents();
         }
         self.mark_open();
         self.drop_all(Self::is_refuted);
@@ -624,6 +627,22 @@ impl<'a> Search<'a> {
         }
         self.found.retain(|cause| !is_gone(cause));
         self.settle();
+    }
+
+    /// Drops far-fetched mistakes that are refuted already, and looks for them no more: a number that makes a few scenes right by
+    /// accident would stand in the way of their mistake.
+    fn exclude_accidents(&mut self) {
+        let is_accident = |search: &Self, cause: &Cause| {
+            !cause.is_lack()
+                && cause.change().rank >= search.limits.far_fetched
+                && search.is_refuted(cause)
+        };
+        let gone = self.found.iter().filter(|cause| is_accident(self, cause));
+        let gone: Vec<Change> = gone.flat_map(|cause| cause.alternatives.clone()).collect();
+        if !gone.is_empty() {
+            self.excluded.extend(gone);
+            self.drop_all(is_accident);
+        }
     }
 
     /// Marks the scenes that the changes made so far explain together.

@@ -576,11 +576,11 @@ fn value_of(change: &Change) -> Option<(Term, Quantity)> {
         | Effect::Start(term, quantities, _)
         | Effect::Weight(term, quantities, _)
         | Effect::Blocks(term, quantities, _)
+        | Effect::Length(term, quantities, _)
         | Effect::Masses(term, quantities, _) => Some((*term, quantities[0])),
-        Effect::Derived(term, _)
-        | Effect::Ends(term, _)
-        | Effect::Length(term, _)
-        | Effect::Read(term, _) => Some((*term, Quantity::Force)),
+        Effect::Derived(term, _) | Effect::Ends(term, _) | Effect::Read(term, _) => {
+            Some((*term, Quantity::Force))
+        }
         Effect::Gate(..)
         | Effect::Method(..)
         | Effect::Fixed(_)
